@@ -1,0 +1,1 @@
+"""MirrorTwin's science: twin, faults, residuals, diagnosis, report, jobs. Never imports ``app``."""

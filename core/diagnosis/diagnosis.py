@@ -1,0 +1,93 @@
+"""What a diagnosis says: probabilities over time, the verdict and the evidence for it."""
+
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array32 = NDArray[np.float32]
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """One channel that left its mirror: where, how far, which way.
+
+    ``value`` is the mean residual over [start_s, end_s] in ``unit``; ``sigma`` the same in
+    standard deviations of the channel's sensor noise; ``onset_s`` when it first left the band.
+    """
+
+    channel: str
+    start_s: float
+    end_s: float
+    value: float
+    unit: str
+    direction: Literal["+", "-"]
+    sigma: float
+    onset_s: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON-ready values."""
+        return asdict(self)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Diagnosis:
+    """Class probabilities of one run.
+
+    ``time_s``: (k,) end of each 30 s window; ``probabilities_over_time``: (k, 20);
+    ``probabilities``: (20,) the verdict over the effective window; ``classes``: the 20 ids.
+    ``onset_s`` is the estimated onset, None where nothing left the noise.
+    """
+
+    classes: tuple[str, ...]
+    time_s: NDArray[np.float64]
+    probabilities_over_time: Array32
+    probabilities: Array32
+    evidence: tuple[Evidence, ...]
+    onset_s: float | None
+    model: str
+    conditions: str
+
+    @property
+    def top(self) -> str:
+        """The most probable class."""
+        return self.classes[int(np.argmax(self.probabilities))]
+
+    def ranked(self, k: int = 3) -> list[tuple[str, float]]:
+        """The k most probable classes with their probabilities, best first."""
+        order = np.argsort(-self.probabilities, kind="stable")[:k]
+        return [(self.classes[int(i)], float(self.probabilities[int(i)])) for i in order]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON form printed by ``mirrortwin diagnose --json`` and kept in the store."""
+        return {
+            "top": self.top,
+            "probabilities": dict(zip(self.classes, map(float, self.probabilities), strict=True)),
+            "evidence": [item.to_dict() for item in self.evidence],
+            "onset_s": self.onset_s,
+            "model": self.model,
+            "conditions": self.conditions,
+            "over_time": {
+                "time_s": [float(t) for t in self.time_s],
+                "probabilities": [[float(p) for p in row] for row in self.probabilities_over_time],
+            },
+        }
+
+    @classmethod
+    def from_dict(cls, values: dict[str, Any]) -> "Diagnosis":
+        """Read what `to_dict` wrote."""
+        over_time = values["over_time"]
+        classes = tuple(values["probabilities"])
+        return cls(
+            classes=classes,
+            time_s=np.asarray(over_time["time_s"], dtype=np.float64),
+            probabilities_over_time=np.asarray(
+                over_time["probabilities"], dtype=np.float32
+            ).reshape(-1, len(classes)),
+            probabilities=np.asarray(list(values["probabilities"].values()), dtype=np.float32),
+            evidence=tuple(Evidence(**item) for item in values["evidence"]),
+            onset_s=values["onset_s"],
+            model=values["model"],
+            conditions=values["conditions"],
+        )

@@ -1,0 +1,137 @@
+"""What is to be flown: the plan, its weather and its legs, validated at the edge."""
+
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any, Literal, Self
+
+import numpy as np
+
+from core.errors import InputError
+
+DT_S = 0.02
+"""The simulation step: 50 Hz (paper section 3.1)."""
+
+Conditions = Literal["lab", "field"]
+Power = Literal["fixed", "speed_hold"]
+
+PLAN_RANGES: dict[str, tuple[float, float, str]] = {
+    "altitude_ft": (2000.0, 9000.0, "ft"),
+    "speed_kt": (80.0, 115.0, "kt"),
+    "heading_deg": (0.0, 360.0, "deg"),
+    "duration_s": (30.0, 7200.0, "s"),
+    "isa_deviation_degc": (-20.0, 25.0, "degC"),
+    "wind_kt": (0.0, 40.0, "kt"),
+    "wind_from_deg": (0.0, 360.0, "deg"),
+    "turbulence": (0.0, 1.0, ""),
+}
+"""Inclusive limits of every numeric field, with its unit: forms, errors and help read this."""
+
+
+def checked_number(field: str, value: Any, low: float, high: float, unit: str = "") -> float:
+    """``value`` as a finite float in [low, high], or an `InputError` naming the field."""
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise InputError(field, f"must be a number, got {value!r}") from None
+    if not math.isfinite(number) or not low <= number <= high:
+        where = f"{low:g} to {high:g} {unit}".rstrip()
+        raise InputError(field, f"must lie in {where}, got {value}")
+    return number
+
+
+@dataclass(frozen=True, slots=True)
+class Weather:
+    """The air: ISA deviation, steady wind, and turbulence from 0 (calm) to 1 (moderate)."""
+
+    isa_deviation_degc: float = 0.0
+    wind_kt: float = 0.0
+    wind_from_deg: float = 0.0
+    turbulence: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """One flight to be flown, faulted or not.
+
+    ``power`` is the control mode: ``"fixed"`` sets the throttle for ``speed_kt`` and leaves it
+    there, as in a 172, which has no autothrottle; ``"speed_hold"`` keeps closing the speed loop.
+    Altitude is held by pitch and heading by roll in both.
+    """
+
+    altitude_ft: float = 5000.0
+    speed_kt: float = 100.0
+    heading_deg: float = 0.0
+    duration_s: float = 300.0
+    seed: int = 0
+    power: Power = "fixed"
+    conditions: Conditions = "lab"
+    weather: Weather = Weather()
+
+    def __post_init__(self) -> None:
+        """Reject what cannot be flown; raises `InputError` naming the field and its range."""
+        for name in ("altitude_ft", "speed_kt", "heading_deg", "duration_s"):
+            object.__setattr__(self, name, checked_number(name, getattr(self, name),
+                                                          *PLAN_RANGES[name]))  # fmt: skip
+        for field in fields(self.weather):
+            value = getattr(self.weather, field.name)
+            object.__setattr__(self.weather, field.name,
+                               checked_number(field.name, value, *PLAN_RANGES[field.name]))  # fmt: skip
+        if isinstance(self.seed, bool) or not isinstance(self.seed, int):
+            raise InputError("seed", f"must be a whole number, got {self.seed!r}")
+        if not 0 <= self.seed < 2**31:
+            raise InputError("seed", f"must lie in 0 to {2**31 - 1}, got {self.seed}")
+        if self.power not in ("fixed", "speed_hold"):
+            raise InputError("power", f"must be fixed or speed_hold, got {self.power!r}")
+        if self.conditions not in ("lab", "field"):
+            raise InputError("conditions", f"must be lab or field, got {self.conditions!r}")
+
+    @property
+    def n_steps(self) -> int:
+        """Number of 50 Hz samples recorded: the first at t = 0."""
+        return round(self.duration_s / DT_S)
+
+    @classmethod
+    def sampled(cls, seed: int, *, duration_s: float = 300.0) -> Self:
+        """A plan drawn from the paper's cruise box (section 3.1) by ``seed``, on any heading."""
+        rng = np.random.default_rng([seed, 0x91A7])
+        return cls(
+            altitude_ft=round(float(rng.uniform(4500.0, 5500.0)), 1),
+            speed_kt=round(float(rng.uniform(90.0, 110.0)), 2),
+            heading_deg=round(float(rng.uniform(0.0, 360.0)), 1),
+            duration_s=duration_s,
+            seed=seed,
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON-ready values; `from_dict` reads them back."""
+        return asdict(self)
+
+    @classmethod
+    def from_dict(cls, values: Mapping[str, Any]) -> Self:
+        """Read a mapping (JSON, TOML, form); raises `InputError` for an unknown or bad field."""
+        known = {field.name for field in fields(cls)}
+        for name in values:
+            if name not in known:
+                raise InputError(name, f"is not a plan field; those are {', '.join(sorted(known))}")
+        rest = dict(values)
+        weather = rest.pop("weather", {})
+        if not isinstance(weather, Mapping):
+            raise InputError("weather", "must be a table of weather fields")
+        for name in weather:
+            if name not in {field.name for field in fields(Weather)}:
+                raise InputError(f"weather.{name}", "is not a weather field")
+        return cls(**rest, weather=Weather(**weather))
+
+
+def load_plan(path: Path) -> Plan:
+    """Read a plan from a TOML file; raises `InputError` if it is not readable TOML or not a plan."""
+    try:
+        values = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError("plan", f"cannot read {path}: {error.strerror}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError("plan", f"{path} is not TOML: {error}") from None
+    return Plan.from_dict(values)

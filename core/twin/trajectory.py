@@ -1,0 +1,78 @@
+"""What a flight leaves behind: states, effects and channels, sampled at 50 Hz."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from core.channels import CHANNEL_INDEX
+
+Array = NDArray[np.float64]
+Array32 = NDArray[np.float32]
+
+STATE_NAMES: tuple[str, ...] = (
+    "north_m", "east_m", "altitude_ft", "roll_deg", "pitch_deg", "heading_deg",
+    "ias_kt", "vspd_fpm", "norm_ac_g", "alpha_deg", "qbar_psf",
+    "rpm", "power_hp", "fuel_flow_gph", "throttle", "oat_degc", "fuel_left_gal", "fuel_right_gal",
+)  # fmt: skip
+"""What JSBSim gives, in the order of `Trajectory.states`; position is relative to the start."""
+
+STATE_INDEX: dict[str, int] = {name: index for index, name in enumerate(STATE_NAMES)}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trajectory:
+    """One flight, or a block of one.
+
+    ``time_s``: (n,) seconds from the start of the recording. ``states``: (n, len(STATE_NAMES))
+    float64. ``channels``: (n, 23) float32 in `core.channels.CHANNELS` order and units.
+    """
+
+    time_s: Array
+    states: Array
+    channels: Array32
+
+    def __len__(self) -> int:
+        """Number of samples."""
+        return len(self.time_s)
+
+    def state(self, name: str) -> Array:
+        """One state by name, (n,)."""
+        column: Array = self.states[:, STATE_INDEX[name]]
+        return column
+
+    def channel(self, name: str) -> Array32:
+        """One channel by its Garmin name, (n,)."""
+        column: Array32 = self.channels[:, CHANNEL_INDEX[name]]
+        return column
+
+    def __getitem__(self, rows: slice) -> "Trajectory":
+        """The samples in ``rows``."""
+        return Trajectory(self.time_s[rows], self.states[rows], self.channels[rows])
+
+    @staticmethod
+    def joined(blocks: "list[Trajectory]") -> "Trajectory":
+        """Consecutive blocks as one trajectory."""
+        return Trajectory(
+            np.concatenate([block.time_s for block in blocks]),
+            np.concatenate([block.states for block in blocks]),
+            np.concatenate([block.channels for block in blocks]),
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pair:
+    """The same flight with the fault and without it (paper section 3.3)."""
+
+    faulted: Trajectory
+    mirror: Trajectory
+
+    @property
+    def residual(self) -> Array32:
+        """Paired residual, faulted - mirror, (n, 23) (paper section 4.1)."""
+        difference: Array32 = self.faulted.channels - self.mirror.channels
+        return difference
+
+    def __getitem__(self, rows: slice) -> "Pair":
+        """The samples in ``rows`` of both flights."""
+        return Pair(self.faulted[rows], self.mirror[rows])
