@@ -1,0 +1,73 @@
+# MirrorTwin: `make serve` and `make test` set up everything they need.
+#
+#   make serve            the app on http://127.0.0.1:8050   (HOST=, PORT=, PYTHON= to change)
+#   make test             every test                          (ARGS="-m 'not slow'" for pytest)
+#   make check            ruff, mypy --strict, then the tests
+#   make clean            forget the virtual environment and the caches
+
+SHELL := /bin/bash
+.DELETE_ON_ERROR:
+.PHONY: serve test check lint browser clean
+
+HOST ?= 127.0.0.1
+PORT ?= 8050
+ARGS ?=
+PYTHON ?= $(shell for python in python3.11 python3.12 python3.13 python3; do \
+	$$python -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null \
+	&& echo $$python && break; done)
+
+VENV := .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet
+
+# Debian packages, where this user may install any: root, or sudo without a password.
+define apt_install
+sudo=; [ "$$(id -u)" = 0 ] || sudo="sudo -n"; \
+command -v apt-get >/dev/null && $$sudo true 2>/dev/null && $$sudo apt-get update -qq \
+&& $$sudo env DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends \
+$(1) >/dev/null
+endef
+
+# The Rerun viewer's static files come in the wheel of its notebook widget; the widget itself, and
+# so what it depends on, is never used.
+define install
+@echo "Installing MirrorTwin$(1) into $(VENV) (some minutes the first time)"
+$(PIP) -e '.$(1)'
+$(PIP) --no-deps rerun-notebook==0.41.0
+endef
+
+# `exec`: a signal meant for the server reaches it, not a shell in between.
+serve: $(VENV)/.installed
+	@exec $(BIN)/mirrortwin serve --host $(HOST) --port $(PORT)
+
+test: $(VENV)/.installed-dev browser
+	$(BIN)/python -m pytest $(ARGS)
+
+check: lint test
+
+lint: $(VENV)/.installed-dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+browser: $(VENV)/.installed-dev
+	@[ -x /usr/bin/chromium ] \
+	|| { echo "Installing Chromium for the browser tests"; \
+	     $(call apt_install,chromium libegl-mesa0 libgl1-mesa-dri fonts-dejavu-core); } \
+	|| $(BIN)/playwright install chromium
+
+$(VENV)/.installed: pyproject.toml | $(BIN)/python
+	$(call install)
+	@touch $@
+
+$(VENV)/.installed-dev: pyproject.toml | $(BIN)/python
+	$(call install,[dev])
+	@touch $@ $(VENV)/.installed
+
+$(BIN)/python:
+	@[ -n "$(PYTHON)" ] || { echo "MirrorTwin needs Python 3.11 or newer: make PYTHON=..."; exit 1; }
+	@$(PYTHON) -m venv $(VENV) \
+	|| { rm -rf $(VENV); $(call apt_install,python3-venv) && $(PYTHON) -m venv $(VENV); }
+
+clean:
+	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis *.egg-info build
