@@ -1,0 +1,121 @@
+"""The FMEA catalogue: the 20 classes and the defects each one drives, read from TOML."""
+
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from core.errors import InputError
+from core.fmea.defects import ENGINE_WIDE, MOVES_ENGINE, PER_CYLINDER, PLACES
+from core.fmea.laws import LawSpec, read_law
+from core.paths import ASSETS
+
+MILD = 0.3
+"""The severity at which a drive has its ``mild`` size."""
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """One defect that a mode moves, where, how far and by which law."""
+
+    defect: str
+    where: str
+    mild: float
+    severe: float
+    law: LawSpec
+
+    def size(self, severity: float) -> float:
+        """Full size of the defect: severe * s**p with p such that size(0.3) = mild; 0 at s = 0."""
+        exponent = math.log(self.mild / self.severe) / math.log(MILD)
+        return self.severe * severity**exponent if severity > 0.0 else 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Mode:
+    """A failure mode. ``cylinder`` is its usual one (1 for whole-engine modes: unused there)."""
+
+    id: str
+    name: str
+    subsystem: str
+    law: str
+    cylinder: int
+    whole_engine: bool
+    prior: tuple[float, float, float, float]
+    severity_rating: int
+    occurrence: int
+    detection: int
+    drives: tuple[Drive, ...]
+
+    @property
+    def rpn(self) -> int:
+        """Risk priority number, the product of the three ratings."""
+        return self.severity_rating * self.occurrence * self.detection
+
+    @property
+    def moves_engine(self) -> bool:
+        """Whether the fault reaches JSBSim and so may bend the flight path."""
+        return any(drive.defect in MOVES_ENGINE for drive in self.drives)
+
+
+@cache
+def catalogue() -> Mapping[str, Mode]:
+    """All modes by id, in class order, ``nominal`` first; raises `InputError` on a bad file."""
+    return read_catalogue(ASSETS / "fmea" / "catalogue.toml")
+
+
+@cache
+def class_ids() -> tuple[str, ...]:
+    """The 20 class ids in the order of every probability vector."""
+    return tuple(catalogue())
+
+
+def read_catalogue(path: Path) -> Mapping[str, Mode]:
+    """Read and validate a catalogue file; raises `InputError` naming mode and field."""
+    try:
+        tables = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, tomllib.TOMLDecodeError) as error:
+        raise InputError("catalogue", f"{path}: {error}") from None
+    return {mode_id: _read_mode(mode_id, table) for mode_id, table in tables.items()}
+
+
+def _read_mode(mode_id: str, table: dict[str, Any]) -> Mode:
+    try:
+        prior = tuple(float(p) for p in table["prior"])
+        if len(prior) != 4 or not math.isclose(sum(prior), 1.0, abs_tol=1e-6):
+            raise InputError(f"{mode_id}.prior", f"must be four shares that sum to 1, got {prior}")
+        cylinder = int(table["cylinder"])
+        if not 0 <= cylinder <= 4:
+            raise InputError(f"{mode_id}.cylinder", f"must be 0-4, got {cylinder}")
+        ratings = [int(table[key]) for key in ("severity_rating", "occurrence", "detection")]
+        if not all(1 <= rating <= 10 for rating in ratings):
+            raise InputError(f"{mode_id}", f"ratings must be 1-10, got {ratings}")
+        return Mode(
+            id=mode_id,
+            name=str(table["name"]),
+            subsystem=str(table["subsystem"]),
+            law=str(table["law"]),
+            cylinder=cylinder or 1,
+            whole_engine=cylinder == 0,
+            prior=(prior[0], prior[1], prior[2], prior[3]),
+            severity_rating=ratings[0],
+            occurrence=ratings[1],
+            detection=ratings[2],
+            drives=tuple(_read_drive(mode_id, drive) for drive in table["drive"]),
+        )
+    except KeyError as error:
+        raise InputError(f"{mode_id}.{error.args[0]}", "is missing from the catalogue") from None
+
+
+def _read_drive(mode_id: str, table: dict[str, Any]) -> Drive:
+    where, defect = table["where"], table["defect"]
+    if defect not in (*ENGINE_WIDE, *PER_CYLINDER):
+        raise InputError(f"{mode_id}.drive.defect", f"unknown defect {defect!r}")
+    if where not in PLACES or (where == "engine") != (defect in ENGINE_WIDE):
+        raise InputError(f"{mode_id}.drive.where", f"{where!r} is no place for {defect}")
+    mild, severe = float(table["mild"]), float(table["severe"])
+    if not 0.0 < mild < severe:
+        raise InputError(f"{mode_id}.drive", f"needs 0 < mild < severe, got {mild}, {severe}")
+    return Drive(defect, where, mild, severe, read_law(f"{mode_id}.drive.law", table["law"]))
