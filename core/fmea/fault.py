@@ -27,7 +27,9 @@ class Fault:
         if self.mode not in modes:
             raise InputError("fault", f"unknown mode {self.mode!r}; one of {', '.join(modes)}")
         object.__setattr__(self, "severity", checked_number("severity", self.severity, 0.0, 1.0))
-        object.__setattr__(self, "onset_s", checked_number("onset_s", self.onset_s, 0.0, 7200.0, "s"))
+        object.__setattr__(
+            self, "onset_s", checked_number("onset_s", self.onset_s, 0.0, 7200.0, "s")
+        )
         if self.cylinder is not None and self.cylinder not in (1, 2, 3, 4):
             raise InputError("cylinder", f"must be 1, 2, 3 or 4, got {self.cylinder!r}")
 
@@ -55,5 +57,7 @@ class Fault:
         known = {field.name for field in fields(cls)}
         for name in values:
             if name not in known:
-                raise InputError(name, f"is not a fault field; those are {', '.join(sorted(known))}")
+                raise InputError(
+                    name, f"is not a fault field; those are {', '.join(sorted(known))}"
+                )
         return cls(**values)

@@ -1,0 +1,188 @@
+"""The JSBSim adapter: one Cessna 172P under autopilot. Nothing else imports jsbsim.
+
+JSBSim gives the flight and the engine's speed, power and fuel flow; its own temperature and
+pressure channels are not used (``core.twin.sensors`` synthesises those).
+"""
+
+import tempfile
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import jsbsim
+import numpy as np
+from numpy.typing import NDArray
+
+from core.errors import FlightError
+from core.fmea.laws import TICK_S, Drivers
+from core.fmea.powerplant import HEALTHY, EngineFactors
+from core.paths import ASSETS
+from core.twin.plan import DT_S, Plan
+from core.twin.trajectory import STATE_INDEX, STATE_NAMES
+
+Array = NDArray[np.float64]
+
+STEPS_PER_TICK = round(TICK_S / DT_S)
+CRUISE_MIXTURE = 0.95
+"""Slightly rich of JSBSim's best power, as a carburetted 172 is flown below 75 % power."""
+
+_FPS_TO_FPM = 60.0
+_LB_PER_GAL = 6.02
+_ENGINE = "propulsion/engine/"
+
+# JSBSim property and (factor, offset) into the state's unit, in STATE_NAMES order.
+_STATE_PROPERTIES: tuple[tuple[str, float, float], ...] = (
+    ("position/from-start-neu-n-ft", 0.3048, 0.0),
+    ("position/from-start-neu-e-ft", 0.3048, 0.0),
+    ("position/h-sl-ft", 1.0, 0.0),
+    ("attitude/phi-deg", 1.0, 0.0),
+    ("attitude/theta-deg", 1.0, 0.0),
+    ("attitude/psi-deg", 1.0, 0.0),
+    ("velocities/vc-kts", 1.0, 0.0),
+    ("velocities/h-dot-fps", _FPS_TO_FPM, 0.0),
+    ("accelerations/Nz", 1.0, 0.0),
+    ("aero/alpha-deg", 1.0, 0.0),
+    ("aero/qbar-psf", 1.0, 0.0),
+    (_ENGINE + "engine-rpm", 1.0, 0.0),
+    (_ENGINE + "power-hp", 1.0, 0.0),
+    (_ENGINE + "fuel-flow-rate-gph", 1.0, 0.0),
+    (_ENGINE + "map-inhg", 1.0, 0.0),
+    ("fcs/throttle-pos-norm", 1.0, 0.0),
+    ("atmosphere/T-R", 5.0 / 9.0, -273.15),
+    ("propulsion/tank/contents-lbs", 1.0 / _LB_PER_GAL, 0.0),
+    ("propulsion/tank[1]/contents-lbs", 1.0 / _LB_PER_GAL, 0.0),
+)
+assert len(_STATE_PROPERTIES) == len(STATE_NAMES)
+
+_SCALE = np.array([factor for _, factor, _ in _STATE_PROPERTIES])
+_OFFSET = np.array([offset for _, _, offset in _STATE_PROPERTIES])
+
+
+@cache
+def _aircraft_folder() -> Path:
+    """A folder with JSBSim's own c172p plus our autopilot as a system of it.
+
+    The aircraft file comes from the installed JSBSim and is not copied into this repository.
+    """
+    root = Path(jsbsim.get_default_root_dir())
+    original = (root / "aircraft" / "c172p" / "c172p.xml").read_text(encoding="utf-8")
+    marker = '<flight_control name="FCS: c172">'
+    if original.count(marker) != 1:
+        raise FlightError(
+            f"JSBSim {jsbsim.__version__} ships a c172p that MirrorTwin cannot extend"
+        )
+    folder = Path(tempfile.mkdtemp(prefix="mirrortwin-aircraft-"))
+    (folder / "c172p").mkdir()
+    (folder / "c172p" / "c172p.xml").write_text(
+        original.replace(marker, '<system file="mirrortwin_autopilot"/>\n    ' + marker),
+        encoding="utf-8",
+    )
+    return folder
+
+
+def _load() -> jsbsim.FGFDMExec:
+    jsbsim.set_logger(jsbsim.DefaultLogger(jsbsim.LogLevel.FATAL))
+    jsbsim.FGJSBBase().debug_lvl = 0
+    executive = jsbsim.FGFDMExec(None)
+    engine_folder = str(Path(jsbsim.get_default_root_dir()) / "engine")
+    if not executive.load_model_with_paths(
+        "c172p", str(_aircraft_folder()), engine_folder, str(ASSETS / "aircraft")
+    ):
+        raise FlightError("JSBSim could not load the c172p with the autopilot")
+    executive.set_dt(DT_S)
+    return executive
+
+
+class Aircraft:
+    """One flight in progress, trimmed level at the plan's altitude, speed and heading."""
+
+    def __init__(self, plan: Plan) -> None:
+        """Load, trim and engage the autopilot; raises `FlightError` if it cannot be trimmed."""
+        self._executive = _load()
+        self._manager = self._executive.get_property_manager()
+        self._trim(plan)
+        self._reads = [self._node(name).get_double_value for name, _, _ in _STATE_PROPERTIES]
+        self._throttle = self._node("ap/throttle-correction")
+        self._bsfc = self._node(_ENGINE + "bsfc-lbs_hphr")
+        self._friction = self._node(_ENGINE + "friction-hp")
+        self._mixture = self._node("fcs/mixture-cmd-norm")
+        self._healthy_bsfc = self._bsfc.get_double_value()
+        self._healthy_friction_hp = self._friction.get_double_value()
+        self._factors = HEALTHY
+
+    def _node(self, name: str) -> jsbsim.FGPropertyNode:
+        node = self._manager.get_node(name)
+        if node is None:
+            raise FlightError(f"JSBSim {jsbsim.__version__} has no property {name}")
+        return node
+
+    def _trim(self, plan: Plan) -> None:
+        executive, weather = self._executive, plan.weather
+        executive["atmosphere/delta-T"] = weather.isa_deviation_degc * 1.8
+        executive["ic/h-sl-ft"] = plan.altitude_ft
+        executive["ic/vc-kts"] = plan.speed_kt
+        executive["ic/psi-true-deg"] = plan.heading_deg
+        executive["fcs/throttle-cmd-norm"] = 0.75
+        executive.run_ic()
+        executive["propulsion/set-running"] = -1
+        executive["fcs/mixture-cmd-norm"] = CRUISE_MIXTURE
+        fuel_lb = np.random.default_rng([plan.seed, 0xF0E1]).uniform(85.0, 140.0, 2)
+        executive["propulsion/tank/contents-lbs"] = float(fuel_lb[0])
+        executive["propulsion/tank[1]/contents-lbs"] = float(fuel_lb[1])
+        try:
+            executive["simulation/do_simple_trim"] = 1
+        except jsbsim.TrimFailureError:
+            raise FlightError(
+                f"no level flight at {plan.altitude_ft:g} ft and {plan.speed_kt:g} kt: "
+                "choose a speed nearer 100 kt or a lower altitude"
+            ) from None
+        executive["ap/target-altitude-ft"] = plan.altitude_ft
+        executive["ap/target-speed-kt"] = plan.speed_kt
+        executive["ap/target-heading-rad"] = float(np.deg2rad(plan.heading_deg))
+        executive["ap/speed-hold"] = float(plan.power == "speed_hold")
+        executive["ap/trim-pitch-rad"] = executive["attitude/theta-rad"]
+        executive["ap/trim-roll-rad"] = executive["attitude/phi-rad"]
+        executive["ap/trim-elevator-norm"] = executive["fcs/elevator-cmd-norm"]
+        executive["ap/trim-aileron-norm"] = executive["fcs/aileron-cmd-norm"]
+        executive["ap/trim-throttle-norm"] = executive["fcs/throttle-cmd-norm"]
+        executive["ap/engaged"] = 1.0
+
+    def fly(self, n_steps: int, on_tick: Callable[[Drivers], EngineFactors] | None = None) -> Array:
+        """Fly ``n_steps`` and return the states before each step, (n_steps, states).
+
+        ``on_tick`` is called every `TICK_S` with what the engine does and returns what to correct
+        on it. ``n_steps`` must be a multiple of `STEPS_PER_TICK`.
+        """
+        run, reads = self._executive.run, self._reads
+        raw: list[float] = []
+        extend = raw.extend
+        for step in range(n_steps):
+            row = [read() for read in reads]
+            extend(row)
+            if on_tick is not None and step % STEPS_PER_TICK == 0:
+                self._correct(on_tick(_drivers(row)))
+            run()
+        states: Array = np.array(raw).reshape(n_steps, len(reads)) * _SCALE + _OFFSET
+        return states
+
+    def _correct(self, factors: EngineFactors) -> None:
+        if factors == self._factors:
+            return
+        self._factors = factors
+        self._throttle.set_double_value(factors.throttle)
+        self._bsfc.set_double_value(self._healthy_bsfc / factors.work)
+        self._friction.set_double_value(self._healthy_friction_hp + factors.friction_hp)
+        self._mixture.set_double_value(CRUISE_MIXTURE * factors.mixture)
+
+
+_RPM, _QBAR, _IAS = (STATE_INDEX[name] for name in ("rpm", "qbar_psf", "ias_kt"))
+
+
+def _drivers(row: list[float]) -> Drivers:
+    return Drivers(rpm=row[_RPM], qbar_psf=row[_QBAR], ias_kt=row[_IAS])
+
+
+def drivers_along(states: Array) -> list[Drivers]:
+    """What the engine did at each tick of a flight already flown, states (n, states)."""
+    rows = states[::STEPS_PER_TICK]
+    return [Drivers(float(r[_RPM]), float(r[_QBAR]), float(r[_IAS])) for r in rows]
