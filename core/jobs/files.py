@@ -1,0 +1,156 @@
+"""Flights in Parquet files, and files that are written whole or not at all.
+
+Channels are kept as the float32 and states as the float64 that they are, so what is read back
+equals what was written, bit for bit; byte-stream split with zstd makes that cheap. The same
+flight always gives the same bytes.
+"""
+
+import json
+import os
+import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa  # type: ignore[import-untyped]  # pyarrow ships no types
+import pyarrow.parquet as pq  # type: ignore[import-untyped]  # pyarrow ships no types
+
+from core.channels import CHANNEL_NAMES, CHANNELS
+from core.errors import StoreError
+from core.twin.trajectory import STATE_NAMES, Pair, Trajectory
+
+_UNITS = {channel.name: channel.unit for channel in CHANNELS}
+
+
+@contextmanager
+def whole_file(path: Path) -> Iterator[Path]:
+    """Give a temporary name beside ``path`` to write to; it takes the name when all went well.
+
+    What is at ``path`` stays untouched until the new file is complete and on the disk. Raises
+    `StoreError` if the file system refuses.
+    """
+    temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}.tmp")
+    try:
+        yield temporary
+        with temporary.open("rb") as file:
+            os.fsync(file.fileno())
+        temporary.replace(path)
+    except OSError as error:
+        raise write_error(path.parent, error) from error
+    finally:
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+
+
+def write_error(folder: Path, error: OSError) -> StoreError:
+    """The `StoreError` for a folder that cannot be written to: what is wrong and what to do."""
+    reason = error.strerror or str(error)
+    return StoreError(
+        f"cannot write to {folder}: {reason}. Nothing stored was changed. "
+        "Free space or allow writing there, or choose another folder and try again."
+    )
+
+
+def write_json(path: Path, values: dict[str, Any]) -> None:
+    """Write ``values`` as readable JSON, whole or not at all; raises `StoreError`."""
+    with whole_file(path) as temporary:
+        temporary.write_text(json.dumps(values, indent=1, allow_nan=False), encoding="utf-8")
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """Read what `write_json` wrote; raises `StoreError` if it is not there or not JSON."""
+    try:
+        values: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise StoreError(f"cannot read {path}: {error.strerror}") from error
+    except ValueError as error:
+        raise StoreError(f"{path} is damaged: {error}") from error
+    return values
+
+
+def write_trajectory(path: Path, trajectory: Trajectory) -> None:
+    """Write one flight: columns ``time_s``, the states, the 23 channels; raises `StoreError`."""
+    _write_columns(path, trajectory.time_s, {"": trajectory})
+
+
+def read_trajectory(path: Path) -> Trajectory:
+    """Read what `write_trajectory` wrote; raises `StoreError` for anything else."""
+    return _flight(path, _read_table(path), "")
+
+
+def write_pair(path: Path, pair: Pair) -> None:
+    """Write both flights of a pair side by side on their one time axis; raises `StoreError`.
+
+    Columns: ``time_s``, then ``faulted.`` and ``mirror.`` followed by each state and channel.
+    """
+    _write_columns(path, pair.faulted.time_s, {"faulted.": pair.faulted, "mirror.": pair.mirror})
+
+
+def read_pair(path: Path) -> Pair:
+    """Read what `write_pair` wrote; raises `StoreError` for anything else."""
+    table = _read_table(path)
+    return Pair(_flight(path, table, "faulted."), _flight(path, table, "mirror."))
+
+
+def _write_columns(path: Path, time_s: np.ndarray, flights: dict[str, Trajectory]) -> None:
+    arrays = [_column(time_s, pa.float64())]
+    fields = [pa.field("time_s", pa.float64(), nullable=False, metadata={"unit": "s"})]
+    for prefix, flight in flights.items():
+        for index, name in enumerate(STATE_NAMES):
+            arrays.append(_column(flight.states[:, index], pa.float64()))
+            fields.append(pa.field(prefix + name, pa.float64(), nullable=False))
+        for index, name in enumerate(CHANNEL_NAMES):
+            unit = {"unit": _UNITS[name]}
+            arrays.append(_column(flight.channels[:, index], pa.float32()))
+            fields.append(pa.field(prefix + name, pa.float32(), nullable=False, metadata=unit))
+    table = pa.Table.from_arrays(arrays, schema=pa.schema(fields))
+    with whole_file(path) as temporary:
+        pq.write_table(
+            table,
+            temporary,
+            compression="zstd",
+            use_dictionary=False,
+            use_byte_stream_split=True,
+        )
+
+
+def _column(values: np.ndarray, dtype: pa.DataType) -> pa.Array:
+    # Not pa.array(): its first call imports pandas, which would cost the first run half a second;
+    # for the same reason _values() does not go through to_numpy().
+    data = np.ascontiguousarray(values, dtype=dtype.to_pandas_dtype())
+    return pa.Array.from_buffers(dtype, len(data), [None, pa.py_buffer(data)])
+
+
+def _values(table: pa.Table, name: str) -> np.ndarray:
+    values: np.ndarray = np.from_dlpack(table.column(name).combine_chunks())
+    return values
+
+
+def _read_table(path: Path) -> pa.Table:
+    try:
+        with pq.ParquetFile(path, memory_map=True) as file:
+            return file.read()
+    except OSError as error:
+        reason = os.strerror(error.errno) if error.errno else str(error)
+        raise StoreError(f"cannot read {path}: {reason}") from error
+    except pa.ArrowException as error:
+        raise StoreError(f"{path} is not a flight: {error}") from error
+
+
+def _flight(path: Path, table: pa.Table, prefix: str) -> Trajectory:
+    def columns(names: tuple[str, ...], dtype: type[np.floating[Any]]) -> np.ndarray:
+        matrix = np.empty((table.num_rows, len(names)), dtype=dtype)
+        for index, name in enumerate(names):
+            matrix[:, index] = _values(table, prefix + name)
+        return matrix
+
+    try:
+        return Trajectory(
+            time_s=np.array(_values(table, "time_s"), dtype=np.float64),
+            states=columns(STATE_NAMES, np.float64),
+            channels=columns(CHANNEL_NAMES, np.float32),
+        )
+    except (KeyError, TypeError, pa.ArrowException) as error:
+        raise StoreError(f"{path} is not a flight of this version: {error}") from error

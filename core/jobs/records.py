@@ -1,0 +1,84 @@
+"""What is remembered of one run: its plan, its fault, where it stands and what came of it."""
+
+import re
+import secrets
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from functools import cache
+from typing import Any, Literal, get_args
+
+from core.experiments.provenance import provenance
+from core.fmea.fault import Fault
+from core.twin.plan import Plan
+
+Status = Literal["queued", "running", "done", "failed", "cancelled"]
+
+STATUSES: tuple[Status, ...] = get_args(Status)
+UNFINISHED: tuple[Status, ...] = ("queued", "running")
+
+# Letters and digits that nobody mistakes for one another when a run's name is read aloud.
+_ALPHABET = "23456789abcdefghjkmnpqrstuvwxyz"
+_SUFFIX_LENGTH = 8
+_RUN_ID = re.compile(rf"\d{{8}}T\d{{6}}-[{_ALPHABET}]{{{_SUFFIX_LENGTH}}}")
+
+
+@dataclass(frozen=True, slots=True)
+class RunRecord:
+    """One run in the index.
+
+    ``created``: ISO 8601, UTC. ``error``: a sentence for the user, None unless failed. ``top``
+    and ``top_probability``: the verdict, None until diagnosed. ``attempts``: how often a worker
+    has begun this run since it was last submitted.
+    """
+
+    id: str
+    created: str
+    status: Status
+    plan: Plan
+    fault: Fault
+    error: str | None = None
+    code_version: str = ""
+    top: str | None = None
+    top_probability: float | None = None
+    attempts: int = 0
+
+    @property
+    def finished(self) -> bool:
+        """Whether nothing more will happen to it unless someone runs it again."""
+        return self.status not in UNFINISHED
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON-ready values."""
+        return {
+            "id": self.id,
+            "created": self.created,
+            "status": self.status,
+            "plan": self.plan.to_dict(),
+            "fault": self.fault.to_dict(),
+            "error": self.error,
+            "code_version": self.code_version,
+            "top": self.top,
+            "top_probability": self.top_probability,
+            "attempts": self.attempts,
+        }
+
+
+def new_run_id() -> str:
+    """A fresh name, such as ``20261123T061500-k3x9q2wz``: it goes into addresses and folders.
+
+    It sorts by time (UTC). Its last part carries 39 random bits: a run is shared by its link.
+    """
+    suffix = "".join(secrets.choice(_ALPHABET) for _ in range(_SUFFIX_LENGTH))
+    return f"{datetime.now(UTC):%Y%m%dT%H%M%S}-{suffix}"
+
+
+def valid_run_id(run_id: str) -> bool:
+    """Whether ``run_id`` has the form of a name, so that it is safe in a path."""
+    return _RUN_ID.fullmatch(run_id) is not None
+
+
+@cache
+def code_version() -> str:
+    """What flies here: package version, commit, and the fingerprint of the twin's sources."""
+    made_by = provenance()
+    return f"{made_by['mirrortwin']} (commit {made_by['commit']}, twin {made_by['twin']})"
