@@ -1,1 +1,1 @@
-""""""
+"""From residuals to class probabilities, a verdict and the evidence for it."""

@@ -1,0 +1,71 @@
+"""A trained model on disk: weights as safetensors beside a card that people can read.
+
+The card (JSON) holds everything else that a prediction needs and everything that one should know
+before believing it: data, split, normalisation, architecture, training, scores on the test split.
+"""
+
+import hashlib
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+from safetensors import SafetensorError
+from safetensors.torch import load, save
+from torch import Tensor
+
+from core.errors import MirrorTwinError
+
+CARD_FORMAT = 1
+
+Card = dict[str, Any]
+
+
+def save_model(models: Path, card: Card, weights: dict[str, Tensor]) -> Card:
+    """Write ``NAME.safetensors`` and ``NAME.json``, ``NAME`` being ``card["name"]``.
+
+    Returns the card with its format number and the checksum of the weights added. Each file is
+    written whole and then renamed, so a crash leaves the old one.
+    """
+    models.mkdir(parents=True, exist_ok=True)
+    content = save({name: tensor.contiguous() for name, tensor in weights.items()})
+    card = {"format": CARD_FORMAT, **card, "weights_sha256": hashlib.sha256(content).hexdigest()}
+    write_whole(models / f"{card['name']}.safetensors", content)
+    write_whole(models / f"{card['name']}.json", readable_json(card).encode())
+    return card
+
+
+def load_model(models: Path, name: str) -> tuple[Card, dict[str, Tensor]]:
+    """The card and the weights of a model; `MirrorTwinError` says what is missing or broken."""
+    try:
+        content = (models / f"{name}.safetensors").read_bytes()
+        card: Card = json.loads((models / f"{name}.json").read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        raise MirrorTwinError(
+            f"model {name}: {error.filename} is missing; train it with `mirrortwin train`"
+        ) from None
+    except (OSError, ValueError) as error:
+        raise MirrorTwinError(f"model {name} cannot be read: {error}") from None
+    if card.get("format") != CARD_FORMAT:
+        raise MirrorTwinError(f"model {name}: card format {card.get('format')} is not known")
+    if card.get("weights_sha256") != hashlib.sha256(content).hexdigest():
+        raise MirrorTwinError(f"model {name}: the weights are not those that its card describes")
+    try:
+        return card, load(content)
+    except SafetensorError as error:
+        raise MirrorTwinError(f"model {name}: the weights are damaged: {error}") from None
+
+
+def write_whole(path: Path, content: bytes) -> None:
+    """Write a file so that it exists whole or not at all."""
+    partial = path.with_name(path.name + ".partial")
+    partial.write_bytes(content)
+    partial.replace(path)
+
+
+def readable_json(values: Any) -> str:
+    """Indented JSON with each list of numbers on one line, so that a matrix reads as one."""
+    text = json.dumps(values, indent=2, ensure_ascii=False)
+    # Within a JSON string a line break is escaped, so only real lists of numbers can match.
+    number_list = re.compile(r"\[\n[^\[\]{}\"]*\n *\]")
+    return number_list.sub(lambda match: re.sub(r"\n *", " ", match[0]), text) + "\n"

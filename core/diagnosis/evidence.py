@@ -1,0 +1,65 @@
+"""From residuals to statements: which channels left their mirror, when, how far, which way."""
+
+import math
+
+import numpy as np
+
+from core.channels import CHANNELS, Channel
+from core.diagnosis.diagnosis import Evidence
+from core.residual.paired import first_departure
+from core.residual.window import EFFECTIVE_STEPS
+from core.twin.plan import DT_S
+from core.twin.trajectory import Array, Array32, Pair
+
+MIN_OUTSIDE_STEPS = round(1.0 / DT_S)
+"""A channel has moved once it has spent this long outside its band: one second."""
+
+
+def sensor_sd(channel: Channel) -> float:
+    """Standard deviation of one healthy reading: white noise and slow wander together."""
+    return math.hypot(channel.noise_sd, channel.wander_sd)
+
+
+def find_evidence(pair: Pair) -> tuple[tuple[Evidence, ...], float | None]:
+    """Every channel that really moved, strongest first, and the estimated onset in seconds.
+
+    Only the effective window counts: 120 s from the first departure (paper section 4.1). A channel
+    is listed if it spends a second or more outside one sensor standard deviation and its mean over
+    that stretch lies outside too; one that only swings about its mirror is not. The onset is None,
+    and the evidence empty, where the two flights never part.
+    """
+    residual = pair.residual
+    first = first_departure(residual)
+    if first is None:
+        return (), None
+    time_s = pair.faulted.time_s
+    rows = slice(first, first + EFFECTIVE_STEPS)
+    found = [
+        evidence
+        for index, channel in enumerate(CHANNELS)
+        if (evidence := _channel_evidence(channel, residual[rows, index], time_s[rows]))
+    ]
+    found.sort(key=lambda evidence: -evidence.sigma)
+    return tuple(found), float(time_s[first])
+
+
+def _channel_evidence(channel: Channel, residual: Array32, time_s: Array) -> Evidence | None:
+    """The evidence in one channel's residual (n,), or None if it stayed within its noise."""
+    sd = sensor_sd(channel)
+    outside = np.flatnonzero(np.abs(residual) > sd)
+    if len(outside) < MIN_OUTSIDE_STEPS:
+        return None
+    start, stop = int(outside[0]), int(outside[-1])
+    value = float(np.mean(residual[start : stop + 1], dtype=np.float64))
+    if abs(value) < sd:
+        return None
+    return Evidence(
+        channel=channel.name,
+        start_s=float(time_s[start]),
+        end_s=float(time_s[stop]),
+        value=value,
+        unit=channel.unit,
+        direction="+" if value > 0 else "-",
+        sigma=abs(value) / sd,
+        onset_s=float(time_s[start]),
+    )
