@@ -1,0 +1,85 @@
+"""Options that ask for a flight, with their units and ranges read from the plan itself."""
+
+import argparse
+import difflib
+from dataclasses import replace
+from pathlib import Path
+
+from core.errors import InputError
+from core.fmea.catalogue import catalogue
+from core.fmea.fault import Fault
+from core.twin.plan import PLAN_RANGES, Plan, load_plan
+
+_PLAN_OPTIONS: tuple[tuple[str, str, str, str], ...] = (
+    ("--altitude", "FT", "altitude_ft", "altitude to hold"),
+    ("--speed", "KT", "speed_kt", "indicated airspeed to hold"),
+    ("--heading", "DEG", "heading_deg", "heading to hold"),
+    ("--duration", "S", "duration_s", "length of the flight"),
+)
+
+
+def _range(field: str) -> str:
+    low, high, unit = PLAN_RANGES[field]
+    return f"{low:g} to {high:g} {unit}".rstrip()
+
+
+def add_plan_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options that `requested_plan` reads."""
+    group = parser.add_argument_group(
+        "the flight", "What you do not choose is drawn from --seed, or read from --plan."
+    )
+    group.add_argument("--seed", type=int, metavar="N", help="what chance decides (default 0)")
+    group.add_argument("--plan", type=Path, metavar="FILE", help="a plan as TOML")
+    for option, metavar, field, text in _PLAN_OPTIONS:
+        group.add_argument(
+            option, dest=field, type=float, metavar=metavar, help=f"{text}: {_range(field)}"
+        )
+    group.add_argument(
+        "--power",
+        choices=("fixed", "speed_hold"),
+        help="leave the throttle where it holds the speed in health, or keep closing that loop",
+    )
+
+
+def requested_plan(args: argparse.Namespace) -> Plan:
+    """The plan that the options ask for; raises `InputError` naming the field that cannot be."""
+    plan = load_plan(args.plan) if args.plan else Plan.sampled(args.seed or 0)
+    chosen = {
+        name: getattr(args, name)
+        for name in ("seed", "power", *(field for _, _, field, _ in _PLAN_OPTIONS))
+        if getattr(args, name) is not None
+    }
+    return replace(plan, **chosen)
+
+
+def add_fault_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options that `requested_fault` reads."""
+    group = parser.add_argument_group("the fault")
+    group.add_argument(
+        "--fault",
+        default="nominal",
+        metavar="ID",
+        help="one of: " + ", ".join(catalogue()) + " (default nominal)",
+    )
+    group.add_argument(
+        "--severity", type=float, default=0.6, metavar="0-1", help="0 is healthy (default 0.6)"
+    )
+    group.add_argument(
+        "--onset", type=float, default=60.0, metavar="S",
+        help="when it begins, before the end of the flight (default 60 s)",
+    )  # fmt: skip
+    group.add_argument(
+        "--cylinder", type=int, metavar="1-4", help="the cylinder hit (default: the usual one)"
+    )
+
+
+def requested_fault(args: argparse.Namespace, plan: Plan) -> Fault:
+    """The fault that the options ask for; raises `InputError` naming the field that cannot be."""
+    modes = catalogue()
+    if args.fault not in modes:
+        close = difflib.get_close_matches(args.fault, modes, n=3, cutoff=0.5)
+        hint = f"did you mean {' or '.join(close)}?" if close else "there is nothing like it;"
+        raise InputError("fault", f"unknown mode {args.fault!r}; {hint} see `mirrortwin faults`")
+    fault = Fault(args.fault, args.severity, args.onset, args.cylinder)
+    fault.check_against(plan)
+    return fault

@@ -1,0 +1,130 @@
+"""Fixtures shared by all tests: a server as a user starts it, and a real Chromium."""
+
+import ctypes.util
+import signal
+import socket
+import subprocess
+import sys
+import time
+import urllib.request
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NoReturn
+
+import pytest
+from playwright.sync_api import Page
+
+COMMAND = str(Path(sys.executable).with_name("mirrortwin"))
+CHROMIUM = Path("/usr/bin/chromium")
+START_S = 60.0
+STOP_S = 10.0
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Run the browser tests last: from the first on, Playwright's event loop owns this thread."""
+    items.sort(key=lambda item: item.get_closest_marker("browser") is not None)
+
+
+def _free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+@pytest.fixture
+def free_port() -> int:
+    """A TCP port that nothing listens on."""
+    return _free_port()
+
+
+@dataclass
+class Server:
+    """A running ``mirrortwin serve``; ``store`` is its folder, ``log`` all that it printed."""
+
+    process: "subprocess.Popen[bytes]"
+    port: int
+    store: Path
+    log: Path
+    url: str = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.url = f"http://127.0.0.1:{self.port}"
+
+    def wait_until_up(self) -> None:
+        """Return once the page is served; fail with the log if the server stops or stalls."""
+        deadline = time.monotonic() + START_S
+        while time.monotonic() < deadline:
+            if self.process.poll() is not None:
+                break
+            try:
+                with urllib.request.urlopen(self.url, timeout=2):
+                    return
+            except OSError:
+                time.sleep(0.1)
+        self._fail("did not come up")
+
+    def stop(self) -> int:
+        """Ask the server to end, as Ctrl-C or a service manager does, and return its status."""
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGTERM)
+        try:
+            return self.process.wait(STOP_S)
+        except subprocess.TimeoutExpired:
+            self._fail(f"outlived TERM by {STOP_S:g} s")
+
+    def _fail(self, problem: str) -> NoReturn:
+        self.process.kill()
+        pytest.fail(f"the server {problem}:\n{self.log.read_text()[-4000:]}")
+
+
+def _start(folder: Path, *options: str, store: Path | None = None) -> Server:
+    port, log, store = _free_port(), folder / "server.log", store or folder / "store"
+    command = [COMMAND, "serve", "--port", str(port), "--store", str(store), *options]
+    with log.open("wb") as output:
+        process = subprocess.Popen(command, stdout=output, stderr=subprocess.STDOUT, cwd=folder)
+    running = Server(process, port, store, log)
+    running.wait_until_up()
+    return running
+
+
+@pytest.fixture(scope="session")
+def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
+    """One server for all tests that leave it as it was."""
+    running = _start(tmp_path_factory.mktemp("server"))
+    yield running
+    running.stop()
+
+
+@pytest.fixture
+def start_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[..., Server]]:
+    """Start servers of the test's own: ``start_server("--scheduler", address, store=path)``."""
+    started: list[Server] = []
+
+    def start(*options: str, store: Path | None = None) -> Server:
+        started.append(_start(tmp_path_factory.mktemp("server"), *options, store=store))
+        return started[-1]
+
+    yield start
+    for running in started:
+        running.stop()
+
+
+@pytest.fixture(scope="session")
+def browser_type_launch_args(browser_type_launch_args: dict[str, Any]) -> dict[str, Any]:
+    """Debian's Chromium where it is, and WebGL in software: on Mesa, twice as fast, if present."""
+    webgl = ["--enable-unsafe-swiftshader"]
+    if ctypes.util.find_library("EGL_mesa"):
+        webgl = ["--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-blocklist"]
+    quiet = ["--no-sandbox", "--disable-background-networking", "--disable-component-update"]
+    chromium = {"executable_path": str(CHROMIUM)} if CHROMIUM.exists() else {}
+    return {**browser_type_launch_args, **chromium, "args": [*quiet, *webgl]}
+
+
+@pytest.fixture
+def console_errors(page: Page) -> list[str]:
+    """What ``page`` complained of so far: console errors and uncaught exceptions."""
+    complaints: list[str] = []
+    page.on("console", lambda line: complaints.append(line.text) if line.type == "error" else None)
+    page.on("pageerror", lambda error: complaints.append(str(error)))
+    return complaints
