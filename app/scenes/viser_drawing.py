@@ -1,0 +1,174 @@
+"""What a viser scene shows, as nodes that are updated in place while the flight grows."""
+
+from typing import Literal
+
+import numpy as np
+import viser
+
+from app.scenes import geometry
+from app.scenes.geometry import Array, Poses, drawn_height, drawn_positions
+from app.scenes.mesh import WINGSPAN_M, aircraft_glb
+from app.scenes.palette import FAULTED, MIRROR, Rgb, palette
+
+_DRAWN_POINTS = 900
+_RUNG_S = 10.0
+_EMPTY_FLOOR_FT = -1000.0
+_GHOST_OPACITY = 0.55
+_GHOST_SWELL = 1.04
+"""The ghost is drawn this much larger, so that it stays a halo where both aircraft coincide."""
+
+_TITLES = {"faulted": "Faulted", "mirror": "Mirror"}
+_DASH_S = 2.5
+_PAINTS: dict[str, Rgb] = {"faulted": FAULTED, "mirror": MIRROR}
+
+
+class Drawing:
+    """Draws both flights of a pair into one viser scene, in the world of `app.scenes.geometry`."""
+
+    def __init__(self, scene: viser.SceneApi) -> None:
+        """Draw into ``scene``; `clear` must be called before anything else."""
+        self._scene = scene
+        self._dark = False
+        self._lines: dict[str, viser.LineSegmentsHandle] = {}
+        self._ribbons: dict[str, viser.MeshHandle] = {}
+        self._labels: dict[str, viser.LabelHandle] = {}
+        self._aircraft: dict[str, viser.GlbHandle] = {}
+        self._grid: viser.GridHandle | None = None
+        self._floor_km = drawn_height(_EMPTY_FLOOR_FT, 0.0).item()
+
+    def clear(self, dark: bool) -> None:
+        """Leave nothing but the empty grid, in the colours of the theme."""
+        self._dark = dark
+        self._scene.reset()
+        for handles in (self._lines, self._ribbons, self._labels, self._aircraft):
+            handles.clear()
+        colours = palette(dark)
+        self._scene.configure_environment_map("city", environment_intensity=0.6)
+        self._scene.configure_default_lights(cast_shadow=False)
+        self._grid = self._scene.add_grid(
+            "/ground",
+            cell_size=1.0,
+            cell_color=colours.grid_cell,
+            cell_thickness=1.0,
+            section_size=5.0,
+            section_color=colours.grid_section,
+            section_thickness=1.4,
+            infinite_grid=True,
+            fade_distance=90.0,
+            fade_strength=1.5,
+            shadow_opacity=0.0,
+            position=(0.0, 0.0, self._floor_km),
+        )
+
+    def draw(self, faulted: Poses, mirror: Poses, onset_s: float | None) -> None:
+        """Draw both flights so far; ``onset_s`` None or outside them draws no mark."""
+        origin_ft = float(mirror.values[0, 2])
+        lowest_ft = min(faulted.values[:, 2].min(), mirror.values[:, 2].min())
+        floor_ft = geometry.floor_ft(float(lowest_ft))
+        self._floor_km = drawn_height(floor_ft, origin_ft).item()
+        for name, poses in (("mirror", mirror), ("faulted", faulted)):
+            points = drawn_positions(poses.thinned(_DRAWN_POINTS), origin_ft)
+            shadow = points * [1.0, 1.0, 0.0] + [0.0, 0.0, self._floor_km]
+            self._segments(f"/{name}/shadow", geometry.segments(shadow), self._faint(name), 2.0)
+            if name == "faulted":
+                self._segments("/faulted/path", geometry.segments(points), FAULTED, 3.0)
+        self._segments("/mirror/path", self._dashes(mirror, origin_ft), MIRROR, 5.0)
+        self._gap(faulted, mirror, origin_ft)
+        self._ground(mirror, floor_ft)
+        if onset_s is not None and onset_s <= faulted.time_s[-1]:
+            self._onset(drawn_positions(faulted.at(onset_s), origin_ft)[0])
+
+    def place(self, name: str, pose: Poses, origin_ft: float, wingspan_km: float) -> None:
+        """Put one aircraft at a pose, drawn with this wingspan, its altitude beside it."""
+        position = drawn_positions(pose, origin_ft)[0]
+        wxyz = geometry.attitude(pose)[0]
+        ghost = name == "mirror"
+        scale = wingspan_km / WINGSPAN_M * (_GHOST_SWELL if ghost else 1.0)
+        text = f"{_TITLES[name]} {pose.values[0, 2]:,.0f} ft"
+        beside = position + np.array([0.0, 0.0, wingspan_km * (0.34 if ghost else -0.34)])
+        foot = np.array([position[0], position[1], self._floor_km])
+        self._segments(f"/{name}/drop", np.array([[position, foot]]), self._faint(name), 1.0)
+        aircraft = self._aircraft.get(name)
+        if aircraft is None:
+            self._aircraft[name] = self._scene.add_glb(
+                f"/{name}/aircraft",
+                aircraft_glb(_PAINTS[name], _GHOST_OPACITY if ghost else 1.0),
+                scale=scale, wxyz=wxyz, position=position,
+                cast_shadow=False, receive_shadow=False,
+            )  # fmt: skip
+        else:
+            aircraft.position, aircraft.wxyz, aircraft.scale = position, wxyz, scale
+        self._label(name, text, beside, "bottom-center" if ghost else "top-center")
+
+    def _label(
+        self, name: str, text: str, position: Array, anchor: Literal["bottom-center", "top-center"]
+    ) -> None:
+        """A text in the scene, added or updated in place."""
+        label = self._labels.get(name)
+        if label is None:
+            self._labels[name] = self._scene.add_label(
+                f"/labels/{name}", text, position=position, anchor=anchor
+            )
+        else:
+            label.position, label.text = position, text
+
+    def _faint(self, name: str) -> Rgb:
+        """An aircraft's colour faded into the ground, for what it casts there."""
+        ground = palette(self._dark).sky_bottom
+        mixed = 0.35 * np.array(_PAINTS[name]) + 0.65 * np.array(ground)
+        return int(mixed[0]), int(mixed[1]), int(mixed[2])
+
+    def _dashes(self, mirror: Poses, origin_ft: float) -> Array:
+        """The mirror's path, dashed: both paths stay visible where they coincide."""
+        last_s = float(mirror.time_s[-1])
+        starts = np.arange(0.0, last_s, 2.0 * _DASH_S * np.ceil(last_s / 300.0))
+        length_s = _DASH_S * np.ceil(last_s / 300.0)
+        ends = [mirror.at(starts), mirror.at(np.minimum(starts + length_s, last_s))]
+        return np.stack([drawn_positions(end, origin_ft) for end in ends], axis=1)
+
+    def _segments(self, name: str, segments: Array, colour: Rgb, width_px: float) -> None:
+        """Line segments (n, 2, 3), added or updated in place."""
+        if len(segments) == 0:
+            return
+        handle = self._lines.get(name)
+        if handle is not None:
+            handle.points = segments.astype(np.float32)
+            return
+        self._lines[name] = self._scene.add_line_segments(
+            name, segments, colour, thickness=width_px, thickness_units="screen"
+        )
+
+    def _gap(self, faulted: Poses, mirror: Poses, origin_ft: float) -> None:
+        """What the fault did: the surface between both flights at equal times, with rungs."""
+        last_s = float(mirror.time_s[-1])
+        times = np.linspace(0.0, last_s, 160)
+        vertices, faces = geometry.ribbon(
+            drawn_positions(faulted.at(times), origin_ft),
+            drawn_positions(mirror.at(times), origin_ft),
+        )
+        ribbon = self._ribbons.get("/gap")
+        if ribbon is None:
+            self._ribbons["/gap"] = self._scene.add_mesh_simple(
+                "/gap", vertices, faces, color=FAULTED, opacity=0.16, side="double",
+                cast_shadow=False, receive_shadow=False,
+            )  # fmt: skip
+        else:
+            ribbon.vertices = vertices.astype(np.float32)
+        rungs = np.arange(0.0, last_s, _RUNG_S * np.ceil(last_s / 300.0)) if last_s else times[:1]
+        ends = [drawn_positions(flight.at(rungs), origin_ft) for flight in (faulted, mirror)]
+        self._segments("/gap/rungs", np.stack(ends, axis=1), FAULTED, 1.0)
+
+    def _ground(self, mirror: Poses, floor_ft: float) -> None:
+        """Set the grid to its altitude and write the altitude on it, under the start."""
+        assert self._grid is not None
+        self._grid.position = (0.0, 0.0, self._floor_km)
+        east_km, north_km = mirror.values[0, 1] / 1000.0, mirror.values[0, 0] / 1000.0
+        start = np.array([east_km, north_km, self._floor_km])
+        self._label("ground", f"{floor_ft:,.0f} ft", start, "top-center")
+
+    def _onset(self, point: Array) -> None:
+        """Mark where the fault begins: a post from the ground to the path."""
+        foot = np.array([point[0], point[1], self._floor_km])
+        colour = palette(self._dark).onset
+        self._segments("/onset/post", np.array([[foot, point]]), colour, 2.0)
+        self._label("onset", "Fault begins", foot, "top-center")

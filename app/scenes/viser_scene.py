@@ -1,0 +1,215 @@
+"""One browser session's live 3D scene: the adapter around a viser server of its own.
+
+Isolation is by construction: each session has its own `viser.ViserServer` on a loopback port of
+its own, which answers only to `app.scenes.viser_proxy`, by a key that never leaves this process.
+"""
+
+import secrets
+import threading
+
+import numpy as np
+import rich
+import viser
+from viser import _messages as viser_messages
+from viser.infra import WebsockClientConnection
+
+from app.scenes import geometry
+from app.scenes.geometry import Array, Camera, Poses
+from app.scenes.viser_drawing import Drawing
+from core.jobs.events import Samples
+from core.twin.trajectory import Pair
+
+KEY_HEADER = "X-MirrorTwin-Key"
+_SPAN_OF_VIEW = 0.075
+"""Drawn wingspan over distance to the camera: at true scale the aircraft would be a pixel."""
+
+
+class ViserScene:
+    """Both aircraft, their paths and the gap between them. Methods may be called from any thread.
+
+    `extend` takes about a millisecond, `show` a few; `stop` may take a second.
+    """
+
+    def __init__(self) -> None:
+        """Start a viser server on a free loopback port (some 3 ms)."""
+        self.key = secrets.token_urlsafe(24)
+        self._lock = threading.RLock()
+        # viser announces its start and its end on stdout, where nobody asked: keep each quiet in
+        # the thread that says it.
+        with rich.get_console().capture():
+            self._server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+        self._server.get_event_loop().call_soon_threadsafe(rich.get_console().begin_capture)
+        self._refuse_strangers()
+        self._drawing = Drawing(self._server.scene)
+        self._dark = False
+        self._duration_s = 300.0
+        self._onset_s: float | None = None
+        self._faulted: Poses | None = None
+        self._mirror: Poses | None = None
+        self._time_s = 0.0
+        self._camera: Camera | None = None
+        self._stage: tuple[Array, float] | None = None
+        self._aspects: dict[int, float] = {}
+        self._redraw()
+        self._server.on_client_connect(self._welcome)
+
+    @property
+    def port(self) -> int:
+        """The loopback port of this scene's viser server."""
+        return self._server.get_port()
+
+    @property
+    def viewers(self) -> int:
+        """How many pages look at this scene now."""
+        return len(self._server.get_clients())
+
+    @property
+    def dark(self) -> bool:
+        """Whether the scene is drawn for a dark page."""
+        return self._dark
+
+    @dark.setter
+    def dark(self, dark: bool) -> None:
+        with self._lock:
+            if dark != self._dark:
+                self._dark = dark
+                self._redraw()
+
+    def reset(self, duration_s: float = 300.0, onset_s: float | None = None) -> None:
+        """Empty the scene for a flight of ``duration_s``, whose fault begins at ``onset_s``."""
+        with self._lock:
+            self._duration_s, self._onset_s = duration_s, onset_s
+            self._faulted = self._mirror = self._camera = self._stage = None
+            self._redraw()
+
+    def extend(self, samples: Samples) -> None:
+        """Draw the next samples of both flights. Samples that start again at 0 start it again."""
+        with self._lock:
+            faulted = Poses.of(samples.time_s, samples.faulted_states)
+            mirror = Poses.of(samples.time_s, samples.mirror_states)
+            if self._faulted is None or self._mirror is None or samples.index == 0:
+                self._faulted, self._mirror = faulted, mirror
+            else:
+                self._faulted = self._faulted.joined(faulted)
+                self._mirror = self._mirror.joined(mirror)
+            self._time_s = float(mirror.time_s[-1])
+            with self._server.atomic():
+                self._draw_flights()
+
+    def show(self, pair: Pair, onset_s: float | None) -> None:
+        """Draw a whole run; ``onset_s`` None marks no onset."""
+        with self._lock:
+            self._onset_s = onset_s
+            self._faulted = Poses.of_flight(pair.faulted)
+            self._mirror = Poses.of_flight(pair.mirror)
+            self._duration_s = self._time_s = float(pair.mirror.time_s[-1])
+            with self._server.atomic():
+                self._draw_flights()
+
+    def seek(self, time_s: float) -> None:
+        """Put both aircraft where they were at ``time_s``; nothing to do in an empty scene."""
+        with self._lock:
+            if self._faulted is not None and self._mirror is not None:
+                with self._server.atomic():
+                    self._place(time_s)
+
+    def stop(self) -> None:
+        """Stop the viser server and disconnect its pages. Blocks for up to a second."""
+        self._server.stop()
+
+    def _redraw(self) -> None:
+        with self._server.atomic():
+            self._server.gui.configure_theme(
+                dark_mode=self._dark, show_logo=False, show_share_button=False
+            )
+            self._drawing.clear(self._dark)
+            if self._faulted is not None:
+                self._draw_flights()
+
+    def _draw_flights(self) -> None:
+        assert self._faulted is not None and self._mirror is not None
+        self._drawing.draw(self._faulted, self._mirror, self._onset_s)
+        self._frame()
+        self._place(self._time_s)
+
+    def _place(self, time_s: float) -> None:
+        assert self._faulted is not None and self._mirror is not None and self._camera is not None
+        self._time_s = time_s
+        origin_ft = float(self._mirror.values[0, 2])
+        wingspan_km = _SPAN_OF_VIEW * self._camera.distance
+        self._drawing.place("mirror", self._mirror.at(time_s), origin_ft, wingspan_km)
+        self._drawing.place("faulted", self._faulted.at(time_s), origin_ft, wingspan_km)
+
+    def _frame(self) -> None:
+        """Aim the camera at the whole flight to come; again only if the flight leaves the view.
+
+        The viewer's own view is thus left alone while a run goes as expected.
+        """
+        assert self._faulted is not None and self._mirror is not None
+        origin_ft = float(self._mirror.values[0, 2])
+        points = np.concatenate([
+            geometry.drawn_positions(poses.thinned(200), origin_ft)
+            for poses in (self._faulted, self._mirror)
+        ])  # fmt: skip
+        if self._camera is not None and geometry.in_view(self._camera, points):
+            return
+        here = self._mirror.at(0.0)
+        points = np.concatenate([points, geometry.expected_points(here, self._duration_s)])
+        self._stage = points, float(here.values[0, 5])
+        self._camera = camera = geometry.framed(*self._stage)
+        clients = self._server.get_clients().values()
+        for client in clients:
+            self._aim(client)
+        if not clients:
+            # Only then: in a page that is open already, this would race with its own camera.
+            start = self._server.initial_camera
+            start.position, start.look_at, start.fov = camera.position, camera.look_at, camera.fov
+
+    def _welcome(self, client: viser.ClientHandle) -> None:
+        """Aim a new page's camera, now and whenever its window changes shape."""
+
+        def reshaped(camera: viser.CameraHandle) -> None:
+            if abs(np.log(_aspect(camera) / self._aspects.get(client.client_id, 1.0))) > 0.05:
+                self._aim(client)
+
+        client.camera.on_update(reshaped)
+        self._aim(client)
+
+    def _aim(self, client: viser.ClientHandle) -> None:
+        """Show one page the whole stage, in the shape of its own window."""
+        with self._lock:
+            aspect = self._aspects[client.client_id] = _aspect(client.camera)
+            if self._stage is None:
+                return
+            camera = geometry.framed(*self._stage, aspect=aspect)
+            with client.atomic():
+                client.camera.fov = camera.fov
+                client.camera.position = camera.position
+                client.camera.look_at = camera.look_at
+
+    def _refuse_strangers(self) -> None:
+        """Shut what viser leaves open: its public share tunnel, and its port to other programs.
+
+        viser takes a socket from any web page and any local user. It offers no hook for that, so
+        this reaches into its (pinned) internals: a connection without our key is closed before
+        anything is sent to it.
+        """
+        server = self._server._websock_server
+        server.unregister_handler(viser_messages.ShareUrlRequest)
+        server.unregister_handler(viser_messages.ShareUrlDisconnect)
+
+        async def check_key(client: WebsockClientConnection) -> None:
+            connection = server._live_connections[client.client_id]
+            assert connection.request is not None
+            offered = connection.request.headers.get(KEY_HEADER, "")
+            if not secrets.compare_digest(offered.encode(), self.key.encode()):
+                await connection.close(1008, "not for you")
+
+        server.on_client_connect(check_key)
+
+
+def _aspect(camera: viser.CameraHandle) -> float:
+    """Width over height of a page's view, as far as a camera can be set for it."""
+    if camera.image_width == 0 or camera.image_height == 0:
+        return geometry.ASPECT
+    return float(np.clip(camera.image_width / camera.image_height, 0.5, 3.0))
