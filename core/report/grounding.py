@@ -4,8 +4,8 @@ Pure functions from evidence and knowledge to verdicts, one a channel and one a 
 template writer states these verdicts; whatever else writes a report can be checked against them.
 """
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from core.channels import CHANNEL_NAMES, CYLINDERS, channel, cht_name, egt_name
@@ -23,9 +23,10 @@ the mode says nothing about it.
 
 StepVerdict = Literal["seen", "not seen", "contradicted", "no sensor"]
 
-FAINT_SHARE = 0.25
-"""A shift below this share of the mild end of its range is faint. A mild fault has severity 0.3,
-so this is about a severity of 0.1, or the first quarter of a slow climb."""
+FAINT_SHARE = 0.15
+"""A shift below this share of the mild end of its range is faint. Ranges are settled values, and
+evidence is a mean over the climb, with the lag of the metal: a fault of severity 0.3, the mild end,
+shows between a fifth and half of it in the twin."""
 
 SLACK = 1.5
 """How far beyond its range a shift still passes for the mode's own: ranges are not limits."""
@@ -34,8 +35,19 @@ GAUGE_SHARE = 0.01
 """A channel that should stay put may stray by this share of its gauge: the floor that the
 residual normalisation uses too (paper section 4.2)."""
 
+UNEVEN_SHARE = 0.25
+"""Among probes of one kind, which share one lag, a probe that must move but reaches less than this
+share of what the leading one does is faint: the pattern does not fit, whatever the severity."""
+
+STRAY_SHARE = 0.5
+"""A probe that should stay put, or nearly so, conflicts if it goes more than this share of the way
+of the probe that must move."""
+
 CLEAR_LEAD = 1.25
 """The cylinder hit is clear if it moved this many times farther than the next."""
+
+
+_PROBES = (tuple(map(cht_name, CYLINDERS)), tuple(map(egt_name, CYLINDERS)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,15 +65,25 @@ class ChannelCheck:
         return self.expected is not None and self.expected.sign in ("+", "-")
 
     @property
+    def value(self) -> float:
+        """The measured shift in the channel's unit, 0 if it never left its noise."""
+        return self.evidence.value if self.evidence else 0.0
+
+    @property
+    def reach(self) -> float:
+        """How far the mode can take the channel, signed; 0 where it is silent."""
+        return self.expected.severe if self.expected else 0.0
+
+    @property
+    def progress(self) -> float:
+        """The measured shift as a multiple of what a mild fault settles at (for `must_move`)."""
+        return self.value / self.expected.mild if self.must_move and self.expected else 0.0
+
+    @property
     def oversize(self) -> bool:
         """Whether the channel moved the right way, but clearly farther than the mode takes it."""
-        return (
-            self.verdict == "agrees"
-            and self.must_move
-            and self.evidence is not None
-            and self.expected is not None
-            and abs(self.evidence.value) > SLACK * abs(self.expected.severe)
-        )
+        agrees = self.verdict == "agrees" and self.must_move
+        return agrees and abs(self.value) > SLACK * abs(self.reach)
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +111,13 @@ class Finding:
         """The channels with one of these verdicts."""
         return tuple(check for check in self.checks if check.verdict in verdicts)
 
+    def check_of(self, item: Evidence) -> ChannelCheck:
+        """The check of one item of evidence; a weaker one on its channel is judged by itself."""
+        check = next(check for check in self.checks if check.channel == item.channel)
+        if check.evidence == item:
+            return check
+        return ChannelCheck(item.channel, check.expected, item, judge(check.expected, item))
+
     @property
     def predicted(self) -> tuple[ChannelCheck, ...]:
         """The channels in which the mode must show."""
@@ -98,6 +127,13 @@ class Finding:
     def confirmed(self) -> tuple[ChannelCheck, ...]:
         """The channels in which it must show and does."""
         return tuple(check for check in self.predicted if check.verdict == "agrees")
+
+    @property
+    def explains_all(self) -> bool:
+        """Whether all that must move did, by a fitting amount, and nothing else did."""
+        return bool(self.predicted) and all(
+            check.verdict in ("agrees", "quiet") and not check.oversize for check in self.checks
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,8 +179,10 @@ def cylinder_hit(evidence: Iterable[Evidence]) -> CylinderHit | None:
     )
 
 
-def judge(expected: ExpectedShift | None, evidence: Evidence | None) -> Verdict:
-    """The verdict on one channel."""
+def judge(
+    expected: ExpectedShift | None, evidence: Evidence | None, gauge_share: float = GAUGE_SHARE
+) -> Verdict:
+    """The verdict on one channel by itself; see `examine` for ``gauge_share``."""
     if evidence is None:
         must_move = expected is not None and expected.sign in ("+", "-")
         return "missing" if must_move else "quiet"
@@ -155,23 +193,36 @@ def judge(expected: ExpectedShift | None, evidence: Evidence | None) -> Verdict:
         if abs(value) < FAINT_SHARE * abs(expected.mild):
             return "faint"
         return "agrees" if (value > 0.0) == (expected.sign == "+") else "conflicts"
-    floor = GAUGE_SHARE * channel(evidence.channel).full_scale
+    floor = gauge_share * channel(evidence.channel).full_scale
     lowest = min(SLACK * expected.low, -floor)
     highest = max(SLACK * expected.high, floor)
     return "agrees" if lowest <= value <= highest else "conflicts"
 
 
-def examine(mode: ModeKnowledge, evidence: Iterable[Evidence], cylinder: int) -> Finding:
-    """Hold a mode, hitting ``cylinder`` (1-4), against the evidence."""
+def examine(
+    mode: ModeKnowledge,
+    evidence: Iterable[Evidence],
+    cylinder: int,
+    gauge_share: float = GAUGE_SHARE,
+) -> Finding:
+    """Hold a mode, hitting ``cylinder`` (1-4), against the evidence.
+
+    ``gauge_share`` is how far, as a share of its gauge, a channel may stray that should stay put.
+    """
     moved = strongest(evidence)
     signature = mode.signature(cylinder)
     checks = {
         name: ChannelCheck(
-            name, signature.get(name), moved.get(name), judge(signature.get(name), moved.get(name))
+            name,
+            signature.get(name),
+            moved.get(name),
+            judge(signature.get(name), moved.get(name), gauge_share),
         )
         for name in CHANNEL_NAMES
         if name in signature or name in moved
     }
+    for probes in _PROBES:
+        checks.update(_compared([checks[name] for name in probes if name in checks]))
     return Finding(
         mode=mode,
         cylinder=cylinder,
@@ -181,6 +232,24 @@ def examine(mode: ModeKnowledge, evidence: Iterable[Evidence], cylinder: int) ->
             for step in mode.chain
         ),
     )
+
+
+def _compared(checks: Sequence[ChannelCheck]) -> dict[str, ChannelCheck]:
+    """Checks of one kind of probe, judged again beside the one that follows the mode farthest."""
+    followers = [check for check in checks if check.must_move and check.verdict == "agrees"]
+    if not followers:
+        return {}
+    lead = max(followers, key=lambda check: check.progress)
+    return {check.channel: replace(check, verdict=_beside(check, lead)) for check in checks}
+
+
+def _beside(check: ChannelCheck, lead: ChannelCheck) -> Verdict:
+    if check.verdict != "agrees" or check.must_move:
+        lagging = check.progress < UNEVEN_SHARE * lead.progress
+        return "faint" if check.verdict == "agrees" and lagging else check.verdict
+    strays = abs(check.value) > STRAY_SHARE * abs(lead.value)
+    should_trail = abs(check.reach) < STRAY_SHARE * abs(lead.reach)
+    return "conflicts" if strays and should_trail else "agrees"
 
 
 def _check_step(step: ChainStep, checks: tuple[ChannelCheck, ...]) -> StepCheck:

@@ -1,0 +1,160 @@
+"""A diagnosis opened for writing: candidates held against the evidence, and how sure to sound.
+
+Every writer of reports starts from a `Case`, so that all of them argue from the same facts.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from core.channels import CHANNEL_INDEX
+from core.diagnosis.diagnosis import Diagnosis, Evidence
+from core.errors import InputError
+from core.fmea.knowledge import ModeKnowledge, knowledge
+from core.report.grounding import GAUGE_SHARE, CylinderHit, Finding, cylinder_hit, examine
+
+N_CANDIDATES = 3
+"""How many classes a report weighs (the paper's top-K)."""
+
+CLOSE_MARGIN = 0.2
+"""Two candidates whose probabilities differ by less than this are both open."""
+
+LIKELY = 0.895
+UNLIKELY = 0.5
+"""Probabilities at which confidence can be high (prints as 90 %), and below which it is low."""
+
+Confidence = Literal["high", "moderate", "low"]
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """A class with its probability (0-1) and what the evidence says about it."""
+
+    probability: float
+    finding: Finding
+
+    @property
+    def mode(self) -> ModeKnowledge:
+        """The knowledge of the class."""
+        return self.finding.mode
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """What a report is written from.
+
+    ``candidates``: the most probable classes, best first. ``look_alikes``: those of the first that
+    are not candidates themselves. ``hit``: the cylinder that the evidence points to, None where it
+    points to none.
+    """
+
+    diagnosis: Diagnosis
+    candidates: tuple[Candidate, ...]
+    look_alikes: tuple[Candidate, ...]
+    hit: CylinderHit | None
+
+    @property
+    def top(self) -> Candidate:
+        """The most probable class."""
+        return self.candidates[0]
+
+    @property
+    def evidence(self) -> tuple[Evidence, ...]:
+        """The evidence of the diagnosis."""
+        return self.diagnosis.evidence
+
+    @property
+    def margin(self) -> float:
+        """How far the first candidate leads the second (1 if it is alone)."""
+        if len(self.candidates) < 2:
+            return 1.0
+        return self.candidates[0].probability - self.candidates[1].probability
+
+    @property
+    def doubts_nominal(self) -> bool:
+        """Whether the classifier says nominal while channels say otherwise."""
+        return self.top.mode.id == "nominal" and bool(self.top.finding.having("conflicts"))
+
+    @property
+    def is_close(self) -> bool:
+        """Whether the second candidate is as good as the first."""
+        return self.margin < CLOSE_MARGIN
+
+    @property
+    def confidence(self) -> Confidence:
+        """How sure to sound: odds, margin and evidence together.
+
+        Low where the odds are even, or less than half of what the first candidate must move has
+        moved, or as many channels speak against it as for it. High takes odds of 90 % and no
+        conflict.
+        """
+        finding = self.top.finding
+        confirmed, predicted = len(finding.confirmed), len(finding.predicted)
+        conflicts = len(finding.having("conflicts"))
+        if self.top.probability < UNLIKELY or self.is_close:
+            return "low"
+        if 2 * confirmed < predicted or (conflicts and conflicts >= confirmed):
+            return "low"
+        return "high" if self.top.probability >= LIKELY and not conflicts else "moderate"
+
+    @property
+    def better_explained(self) -> Candidate | None:
+        """A rival that explains all of the evidence where the first candidate does not."""
+        if self.top.finding.explains_all or not self.evidence:
+            return None
+        rivals = (*self.candidates[1:], *self.look_alikes)
+        return next((rival for rival in rivals if rival.finding.explains_all), None)
+
+    def cylinder_of(self, mode: ModeKnowledge) -> int | None:
+        """The cylinder to name for a mode; None if it has none or the evidence shows none."""
+        return self.hit.cylinder if self.hit and mode.names_cylinder else None
+
+
+def open_case(diagnosis: Diagnosis) -> Case:
+    """Weigh the candidates of a diagnosis.
+
+    Raises `InputError` if the diagnosis has an unknown class or channel, or a number that is not
+    finite or not a probability.
+    """
+    probabilities = _checked(diagnosis)
+    known = knowledge()
+    hit = cylinder_hit(diagnosis.evidence)
+
+    def candidate(mode_id: str) -> Candidate:
+        mode = known[mode_id]
+        cylinder = hit.cylinder if hit else mode.usual_cylinder or 1
+        # In lab conditions a healthy flight equals its mirror exactly, so nominal allows no trace.
+        exact = mode_id == "nominal" and diagnosis.conditions == "lab"
+        finding = examine(mode, diagnosis.evidence, cylinder, 0.0 if exact else GAUGE_SHARE)
+        return Candidate(probabilities.get(mode_id, 0.0), finding)
+
+    leading = [mode_id for mode_id, _ in diagnosis.ranked(N_CANDIDATES)]
+    look_alikes = [item.mode for item in known[leading[0]].look_alikes]
+    return Case(
+        diagnosis=diagnosis,
+        candidates=tuple(map(candidate, leading)),
+        look_alikes=tuple(candidate(mode) for mode in look_alikes if mode not in leading),
+        hit=hit,
+    )
+
+
+def _checked(diagnosis: Diagnosis) -> Mapping[str, float]:
+    """Probability by class, once every name and number has been found sound."""
+    if not diagnosis.classes or len(diagnosis.classes) != len(diagnosis.probabilities):
+        raise InputError("probabilities", "must hold one number for each class")
+    for mode_id in diagnosis.classes:
+        if mode_id not in knowledge():
+            raise InputError("classes", f"unknown mode {mode_id!r}")
+    for probability in diagnosis.probabilities:
+        if not 0.0 <= probability <= 1.0:
+            raise InputError("probabilities", f"must lie in 0-1, got {probability}")
+    for item in diagnosis.evidence:
+        if item.channel not in CHANNEL_INDEX:
+            raise InputError("evidence", f"unknown channel {item.channel!r}")
+        numbers = (item.start_s, item.end_s, item.value, item.sigma, item.onset_s)
+        if not all(map(math.isfinite, numbers)):
+            raise InputError("evidence", f"{item.channel} has a number that is not finite")
+    if diagnosis.onset_s is not None and not math.isfinite(diagnosis.onset_s):
+        raise InputError("onset_s", "must be a finite time or none")
+    return dict(zip(diagnosis.classes, map(float, diagnosis.probabilities), strict=True))
