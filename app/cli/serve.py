@@ -1,13 +1,9 @@
 """``mirrortwin serve``: the web app."""
 
 import argparse
-import errno
-import os
-import socket
 from pathlib import Path
 
 from app.cli.output import note
-from core.errors import InputError
 
 DESCRIPTION = "Start the web app and keep it running until Ctrl-C."
 EXAMPLES = """\
@@ -23,7 +19,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--host",
         default="127.0.0.1",
-        help="address to listen on (default 127.0.0.1: this machine only)",
+        help="address to listen on: 127.0.0.1 (default) or localhost, this machine only",
     )
     parser.add_argument(
         "--port", type=int, default=8050, help="port to listen on, 1 to 65535 (default 8050)"
@@ -42,28 +38,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> None:
-    """Serve until stopped; raises `InputError` if the address cannot be had."""
-    _check_address(args.host, args.port)
+    """Serve until stopped; raises `InputError`, `WorkerError` or `StoreError` if it cannot."""
     note("Starting MirrorTwin ...")
     from app.server import serve
 
     serve(host=args.host, port=args.port, scheduler=args.scheduler, store_root=args.store)
-
-
-def _check_address(host: str, port: int) -> None:
-    """Raise `InputError` now, in one line, rather than after the workers have started."""
-    if not 1 <= port <= 65535:
-        raise InputError("port", f"must lie in 1 to 65535, got {port}")
-    try:
-        family = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0][0]
-    except OSError:
-        raise InputError("host", f"{host!r} is not an address of this machine") from None
-    try:
-        socket.create_server((host, port), family=family).close()
-    except OSError as error:
-        reason = os.strerror(error.errno) if error.errno else str(error)
-        if error.errno == errno.EADDRNOTAVAIL:
-            raise InputError("host", f"cannot listen on {host}: {reason}") from None
-        raise InputError(
-            "port", f"cannot listen on {host}:{port}: {reason}; choose another with --port"
-        ) from None

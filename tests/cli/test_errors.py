@@ -29,8 +29,7 @@ SIMULATE = ("simulate", "--out", "OUT")
         (("diagnose", "nowhere"), ["DIR:", "nowhere"]),
         (("diagnose", "."), ["DIR:", "faulted.parquet"]),
         (("serve", "--port", "70000"), ["port:", "1 to 65535", "70000"]),
-        (("serve", "--host", "no.such.host.invalid"), ["host:", "no.such.host.invalid"]),
-        (("serve", "--host", "192.0.2.1"), ["host:", "192.0.2.1"]),
+        (("serve", "--host", "0.0.0.0"), ["host:", "127.0.0.1 or localhost", "0.0.0.0"]),
         (("dataset", "--out", "OUT", "--workers", "0"), ["workers:", "0"]),
         (("dataset", "--out", "OUT", "--runs-per-class", "1"), ["runs_per_class:", "1"]),
         (("train", "--data", "nowhere", "--out", "OUT"), ["data:", "nowhere"]),
@@ -83,15 +82,13 @@ def test_a_damaged_flight_is_named(mirrortwin, tmp_path):
     assert len(done.stderr.splitlines()) == 1
 
 
-def test_a_taken_port_is_refused_at_once(mirrortwin):
+def test_a_taken_port_is_refused(mirrortwin):
     with socket.create_server(("127.0.0.1", 0)) as other:
         port = other.getsockname()[1]
         done = mirrortwin("serve", "--port", str(port))
-    assert done.returncode == 2
-    assert done.stderr.splitlines() == [
-        f"mirrortwin: port: cannot listen on 127.0.0.1:{port}: Address already in use; "
-        "choose another with --port"
-    ]
+    assert done.returncode == 1
+    assert f"port {port} on 127.0.0.1 is taken; choose another with --port" in done.stderr
+    assert "Traceback" not in done.stderr
 
 
 def test_a_reader_that_has_seen_enough_is_no_error(command):

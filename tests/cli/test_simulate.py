@@ -1,0 +1,121 @@
+"""simulate writes the same flight for the same request; diagnose reads the flight alone."""
+
+import json
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from core.channels import CHANNEL_NAMES
+from core.fmea.catalogue import catalogue
+
+FAULT = ("--fault", "baffle_crack", "--severity", "0.8", "--onset", "60")
+PARQUET = ("faulted.parquet", "mirror.parquet")
+
+
+@pytest.fixture(scope="module")
+def flights(command: str, tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """The same request, carried out by two processes."""
+    folders = [tmp_path_factory.mktemp("simulate") / "flight" for _ in range(2)]
+    for folder in folders:
+        subprocess.run(
+            [command, "simulate", *FAULT, "--seed", "7", "--out", folder],
+            check=True,
+            capture_output=True,
+        )
+    return folders
+
+
+def test_writes_what_scripts_expect(flights):
+    written = sorted(path.name for path in flights[0].iterdir())
+    assert written == ["faulted.parquet", "mirror.parquet", "run.json", "run.rrd"]
+    run = json.loads((flights[0] / "run.json").read_text())
+    assert run["fault"] == {
+        "mode": "baffle_crack",
+        "severity": 0.8,
+        "onset_s": 60.0,
+        "cylinder": None,
+    }
+    assert run["plan"]["seed"] == 7
+    assert (flights[0] / "run.rrd").read_bytes()[:3] == b"RRF"
+
+
+def test_two_processes_write_the_same_bytes(flights):
+    first, second = flights
+    for name in PARQUET:
+        assert pq.read_table(first / name).equals(pq.read_table(second / name))
+        assert (first / name).read_bytes() == (second / name).read_bytes()
+
+
+def test_the_flights_part_at_the_onset_and_not_before(flights):
+    faulted, mirror = (pq.read_table(flights[0] / name) for name in PARQUET)
+    assert [name for name in faulted.column_names if name in CHANNEL_NAMES] == list(CHANNEL_NAMES)
+    time_s = faulted["time_s"].to_numpy()
+    assert len(time_s) == 15_000
+    differs = np.zeros(len(time_s), dtype=bool)
+    for name in CHANNEL_NAMES:
+        differs |= faulted[name].to_numpy() != mirror[name].to_numpy()
+    assert not differs[time_s < 60.0].any()
+    assert differs[time_s > 120.0].all()
+
+
+def test_diagnose_reads_the_flight_and_not_what_was_injected(flights, mirrortwin):
+    folder = flights[1]
+    told = mirrortwin("diagnose", str(folder), "--json")
+    (folder / "run.json").write_text(json.dumps({"fault": {"mode": "engine_failure"}}))
+    assert mirrortwin("diagnose", str(folder), "--json").stdout == told.stdout
+    for name in ("run.json", "run.rrd"):
+        (folder / name).unlink()
+    assert mirrortwin("diagnose", str(folder), "--json").stdout == told.stdout
+    diagnosis = json.loads(told.stdout)
+    assert list(diagnosis["probabilities"]) == list(catalogue())
+    assert sum(diagnosis["probabilities"].values()) == pytest.approx(1.0, abs=1e-5)
+    assert diagnosis["top"] == max(diagnosis["probabilities"], key=diagnosis["probabilities"].get)
+    assert diagnosis["top"] == "baffle_crack"
+    assert {item["channel"] for item in diagnosis["evidence"]} <= set(CHANNEL_NAMES)
+    assert "E1 CHT1" in {item["channel"] for item in diagnosis["evidence"]}
+
+
+def test_diagnose_speaks_to_people_too(flights, mirrortwin):
+    done = mirrortwin("diagnose", str(flights[0]))
+    assert done.returncode == 0
+    assert "baffle_crack" in done.stdout
+    assert "E1 CHT1" in done.stdout
+
+
+def test_halves_of_two_flights_are_refused(flights, mirrortwin, tmp_path):
+    assert (
+        mirrortwin("simulate", "--duration", "30", "--onset", "10", "--out", "OUT").returncode == 0
+    )
+    (tmp_path / "out" / "mirror.parquet").write_bytes((flights[0] / "mirror.parquet").read_bytes())
+    done = mirrortwin("diagnose", "OUT")
+    assert done.returncode == 2
+    assert "not of one flight" in done.stderr
+
+
+def test_options_win_over_the_plan_file(mirrortwin, tmp_path):
+    (tmp_path / "plan.toml").write_text("altitude_ft = 5200\nspeed_kt = 95\nduration_s = 60\n")
+    done = mirrortwin("simulate", "--plan", "plan.toml", "--speed", "105", "--out", "OUT", "--json")
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    assert (told["plan"]["altitude_ft"], told["plan"]["speed_kt"]) == (5200.0, 105.0)
+    assert told["samples"] == 3000
+    assert sorted(Path(path).name for path in told["files"]) == sorted(
+        path.name for path in (tmp_path / "out").iterdir()
+    )
+
+
+def test_a_nominal_flight_is_its_own_mirror(mirrortwin, tmp_path):
+    assert mirrortwin("simulate", "--duration", "60", "--out", "OUT").returncode == 0
+    faulted, mirror = ((tmp_path / "out" / name).read_bytes() for name in PARQUET)
+    assert faulted == mirror
+
+
+def test_faults_are_told_as_scripts_expect(mirrortwin):
+    told = json.loads(mirrortwin("faults", "--json").stdout)
+    assert [mode["id"] for mode in told] == list(catalogue())
+    assert len(told) == 20
+    assert {mode["subsystem"] for mode in told} == {mode.subsystem for mode in catalogue().values()}
+    assert all(mode["id"] in mirrortwin("faults").stdout for mode in told[:3])
