@@ -1,0 +1,134 @@
+"""Dask `distributed`: workers on this machine, or behind a scheduler elsewhere; the same to us.
+
+The one place that starts, reaches and closes Dask, and that turns its failures into `WorkerError`.
+"""
+
+import logging
+import threading
+from concurrent.futures import Future as Promise
+
+import dask.config
+from distributed import Client, LocalCluster
+from distributed.comm.core import connect
+from distributed.utils import LoopRunner
+
+from core.errors import WorkerError
+from core.jobs.worker import IgnoreInterrupt, WarmUp
+
+logger = logging.getLogger(__name__)
+
+CONNECT_TIMEOUT_S = 5.0
+
+_LOCAL_SETTINGS = {
+    # Dask keeps its latest messages for those who debug it. Ours carry samples: keep few.
+    "distributed.admin.low-level-log-length": 50,
+    "distributed.worker.profile.enabled": False,
+    # A run whose worker died gets one more.
+    "distributed.scheduler.allowed-failures": 1,
+}
+
+
+class Cluster:
+    """Workers to fly on.
+
+    Without ``scheduler``: ``n_workers`` processes of one thread each, with loopback ports only; a
+    worker that dies is replaced. With it: those of the Dask scheduler at that address.
+    """
+
+    def __init__(self, scheduler: str | None = None, n_workers: int = 2) -> None:
+        """Start or connect; raises `WorkerError` if that takes over `CONNECT_TIMEOUT_S`.
+
+        Workers go on loading what they need; a run that comes before waits for them.
+        """
+        self.scheduler = scheduler
+        self._lock = threading.Lock()
+        self._local = None if scheduler else _local_cluster(n_workers)
+        self._client, self._warm = self._connected()
+
+    def client(self) -> Client:
+        """A connected client; raises `WorkerError`.
+
+        A scheduler that went away is tried again, which may take `CONNECT_TIMEOUT_S`.
+        """
+        with self._lock:
+            if self._client.status == "closed":
+                self._client, self._warm = self._connected()
+            return self._client
+
+    def wait_warm(self, timeout: float = 60.0) -> None:
+        """Block until the workers have loaded what they need; raises `WorkerError`."""
+        try:
+            self._warm.result(timeout)
+        except Exception as error:
+            raise WorkerError(f"the workers are not ready: {error}") from error
+
+    def close(self) -> None:
+        """Close the connection, and the workers where they are ours."""
+        self._client.close()
+        if self._local is not None:
+            self._local.close()
+
+    def _connected(self) -> tuple[Client, Promise[None]]:
+        if self.scheduler is not None:
+            _check_answers(self.scheduler)
+        client = Client(
+            self._local or self.scheduler,
+            timeout=CONNECT_TIMEOUT_S,
+            set_as_default=False,
+            # Flights come ten times faster straight from the worker, where we can reach it.
+            direct_to_workers=self._local is not None,
+        )
+        return client, _warm_up(client)
+
+
+def _check_answers(address: str) -> None:
+    """Raise `WorkerError` unless Dask answers at ``address``.
+
+    Before a `Client` is made: one that something else than Dask answers cannot even be closed.
+    """
+
+    async def connect_once() -> None:
+        comm = await connect(address, timeout=CONNECT_TIMEOUT_S)
+        comm.abort()
+
+    runner = LoopRunner()
+    runner.start()
+    try:
+        runner.run_sync(connect_once)
+    except Exception as error:  # whatever it is that a stranger's answer leads to
+        raise WorkerError(
+            f"no Dask scheduler answers at {address}: start one there by `dask scheduler`, correct "
+            "the address (such as tcp://HOST:8786), or leave --scheduler out to fly on this machine"
+        ) from error
+    finally:
+        runner.stop()
+
+
+def _local_cluster(n_workers: int) -> LocalCluster:
+    with dask.config.set(_LOCAL_SETTINGS):
+        return LocalCluster(
+            n_workers=n_workers,
+            threads_per_worker=1,
+            processes=True,
+            host="127.0.0.1",
+            dashboard_address="127.0.0.1:0",  # None would mean port 8787
+            plugins=[IgnoreInterrupt()],
+            silence_logs=logging.ERROR,
+        )
+
+
+def _warm_up(client: Client) -> Promise[None]:
+    """Have all workers, present and future, load what they need, without waiting for it."""
+    promise: Promise[None] = Promise()
+
+    def register() -> None:
+        try:
+            client.register_plugin(WarmUp())
+        except Exception as error:
+            logger.warning("workers could not load MirrorTwin: %s", error)
+            promise.set_exception(error)
+        else:
+            promise.set_result(None)
+
+    threading.Thread(target=register, name="mirrortwin-warm-up", daemon=True).start()
+    return promise

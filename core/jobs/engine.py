@@ -1,0 +1,291 @@
+"""The job engine: takes runs, has workers fly them, tells what happens, and stores what came."""
+
+import fcntl
+import logging
+import pickle
+import secrets
+import threading
+from collections import OrderedDict
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import IO, Any
+
+from distributed import CancelledError, Client, Future, KilledWorker
+
+from core.errors import InputError, StoreError, WorkerError
+from core.fmea.fault import Fault
+from core.jobs.cluster import Cluster
+from core.jobs.events import Cancelled, Event, Failed, FinalEvent, Finished, Progress, Started
+from core.jobs.feed import Feed, Subscription
+from core.jobs.records import RunRecord
+from core.jobs.store import SERVER_STOPPED, RunStore
+from core.jobs.worker import TOPIC, RunResult, fly_task
+from core.twin.plan import Plan
+
+logger = logging.getLogger(__name__)
+
+MAX_ATTEMPTS = 2
+"""A run is begun at most this often, so that one that kills its worker does not kill them all."""
+
+RECENT_RUNS = 8
+"""Ended runs whose events are kept in memory; what came of all others is in the store."""
+
+STORED = 0.97
+"""Progress when all that is left is to store the run."""
+
+WORKER_DIED = (
+    "the worker flying this run died, and so did the next one that tried; the rest of the system "
+    "is fine. Press Run again; if it happens again, is the machine out of memory?"
+)
+CONNECTION_LOST = "the connection to the Dask scheduler broke during this run; press Run again"
+BROKEN = "the worker could not fly this run because of a fault in the program: {}"
+
+Outcome = RunResult | Failed | Cancelled
+
+
+@dataclass(eq=False)
+class _Live:
+    """A run submitted by this process. ``start`` names the attempt whose events count."""
+
+    record: RunRecord
+    key: str
+    feed: Feed = field(default_factory=Feed)
+    future: Future[Outcome] | None = None
+    start: str = ""
+    is_cancelled: bool = False
+    is_worn_out: bool = False
+
+
+class Engine:
+    """Flies runs on Dask workers and stores them. Thread-safe.
+
+    `submit`, `retry` and `cancel` take some milliseconds (an SQLite commit, a message to Dask), or
+    up to `core.jobs.cluster.CONNECT_TIMEOUT_S` after a remote scheduler was lost: on an event loop
+    call them by ``asyncio.to_thread``. `wait` blocks. All else returns at once.
+    """
+
+    def __init__(self, store: RunStore, scheduler: str | None = None, n_workers: int = 2) -> None:
+        """Start ``n_workers`` local workers or use those at ``scheduler``; raises `WorkerError`.
+
+        Runs that an earlier process left unfinished in ``store`` are marked as failed.
+        """
+        self.store = store
+        self._cluster = Cluster(scheduler, n_workers)
+        self._lock = threading.RLock()
+        self._runs: OrderedDict[str, _Live] = OrderedDict()
+        self._closing = False
+        self._claim = _claim(store)
+
+    def submit(self, plan: Plan, fault: Fault) -> str:
+        """Enter a run and have it flown; returns its id.
+
+        Raises `InputError` (onset beyond the end), `StoreError` or `WorkerError`.
+        """
+        fault.check_against(plan)
+        client = self._cluster.client()
+        record = self.store.create(plan, fault)
+        self._launch(client, record)
+        return record.id
+
+    def retry(self, run_id: str) -> None:
+        """Fly a failed or cancelled run again under its own name.
+
+        Subscribe anew to see it. Raises `InputError` if it is done or still being flown,
+        `StoreError` or `WorkerError`.
+        """
+        client = self._cluster.client()
+        with self._lock:
+            record = self._record(run_id)
+            if record.status not in ("failed", "cancelled"):
+                raise InputError("run", f"{run_id} is {record.status}: there is nothing to retry")
+            record = self.store.update(run_id, status="queued", error=None, attempts=0)
+            self._launch(client, record)
+
+    def cancel(self, run_id: str) -> None:
+        """Stop a run, at the latest one block of flight on; nothing happens if it has ended.
+
+        A Cancelled event follows. Raises `StoreError` if there is no such run, `WorkerError` if
+        another process is flying it.
+        """
+        with self._lock:
+            live = self._runs.get(run_id)
+            if live is None and not self.store.get(run_id).finished:
+                raise WorkerError(f"run {run_id} is flown by another server; cancel it there")
+            future = live.future if live else None
+            if live is None or future is None:
+                return
+            live.is_cancelled = True
+        future.cancel()
+
+    def history(self, run_id: str) -> list[Event]:
+        """Every event so far, from the last Started on if a worker died.
+
+        For a run of an earlier process, or of long ago, only how it ended. Raises `StoreError`.
+        """
+        return self._feed(run_id).events()
+
+    def subscribe(self, run_id: str) -> Subscription:
+        """A reader of the run's events, past and to come; raises `StoreError`."""
+        return self._feed(run_id).subscribe()
+
+    def wait(self, run_id: str, timeout: float | None = None) -> RunRecord:
+        """The record once the run has ended; raises `WorkerError` after ``timeout`` seconds."""
+        if self._feed(run_id).wait(timeout) is None:
+            raise WorkerError(f"run {run_id} is not done after {timeout:g} s")
+        return self._record(run_id)
+
+    def wait_warm(self, timeout: float = 60.0) -> None:
+        """Block until the workers have loaded all they need; raises `WorkerError`."""
+        self._cluster.wait_warm(timeout)
+
+    def close(self) -> None:
+        """Stop all runs (their records say that the server stopped) and the local workers."""
+        with self._lock:
+            self._closing = True
+            unfinished = [live for live in self._runs.values() if live.feed.final is None]
+        for live in unfinished:
+            if live.future is not None:
+                live.future.cancel()
+        for live in unfinished:
+            live.feed.wait(timeout=5)
+        self._cluster.close()
+        if self._claim is not None:
+            self._claim.close()
+
+    # -- inside ----------------------------------------------------------------------------------
+
+    def _launch(self, client: Client, record: RunRecord) -> None:
+        key = f"fly-{record.id}-{secrets.token_hex(4)}"
+        live = _Live(record, key)
+        live.feed.append(Progress(record.id, "waiting", 0.0))
+        with self._lock:
+            self._runs[record.id] = live
+            self._runs.move_to_end(record.id)
+            self._forget_old_runs()
+            # Every time: a scheduler that was restarted has forgotten who listens.
+            client.subscribe_topic(TOPIC, self._on_message)
+            live.future = client.submit(
+                fly_task, key, record.id, record.plan, record.fault, key=key, pure=False
+            )
+            live.future.add_done_callback(partial(self._settle, live))
+
+    def _forget_old_runs(self) -> None:
+        ended = [run_id for run_id, live in self._runs.items() if live.feed.final is not None]
+        for run_id in ended[:-RECENT_RUNS]:
+            del self._runs[run_id]
+
+    async def _on_message(self, message: tuple[float, tuple[str, str, str, bytes]]) -> None:
+        """Take a worker's message; called on Dask's event loop, in the order of sending."""
+        _, (run_id, key, start, pickled) = message
+        live = self._runs.get(run_id)
+        if live is None or live.key != key:
+            return  # of another server on the same scheduler, or of a submission given up
+        if start != live.start and not self._begin(live, start):
+            if live.future is not None:
+                await live.future.cancel()
+            return
+        live.feed.append(pickle.loads(pickled))
+
+    def _begin(self, live: _Live, start: str) -> bool:
+        """Note that a worker has begun the run; False if that is once too often."""
+        with self._lock:
+            attempt = live.record.attempts + 1
+            if live.feed.final is not None or attempt > MAX_ATTEMPTS:
+                live.is_worn_out = True
+                return False
+            live.start = start
+            self._change(live, status="running", attempts=attempt)
+            event = Started(live.record.id, attempt)
+            return live.feed.append(event) if attempt == 1 else live.feed.restart(event)
+
+    def _settle(self, live: _Live, future: Future[Outcome]) -> None:
+        """Store what came of a run; called on Dask's callback thread, one run at a time."""
+        run_id = live.record.id
+        final: FinalEvent
+        try:
+            final = self._stored(live, future.result())
+        except CancelledError:
+            final = self._interrupted(live)
+        except KilledWorker:
+            final = Failed(run_id, WORKER_DIED, retryable=True)
+        except StoreError as error:
+            final = Failed(run_id, str(error), retryable=True)
+        except Exception as error:  # a bug, but the page must not wait for ever
+            logger.exception("run %s", run_id)
+            final = Failed(run_id, BROKEN.format(error or type(error).__name__), retryable=True)
+        with self._lock:
+            live.future = None  # lets the worker forget the flight
+            if isinstance(final, Failed):
+                self._change(live, status="failed", error=final.message)
+            elif isinstance(final, Cancelled):
+                self._change(live, status="cancelled")
+            live.feed.append(final)
+
+    def _stored(self, live: _Live, outcome: Outcome) -> FinalEvent:
+        if not isinstance(outcome, RunResult):
+            return outcome
+        run_id = live.record.id
+        live.feed.append(Progress(run_id, "storing", STORED))
+        self.store.save_pair(run_id, outcome.pair)
+        live.record = self.store.save_result(run_id, outcome.diagnosis, outcome.report)
+        return Finished(run_id)
+
+    def _interrupted(self, live: _Live) -> FinalEvent:
+        run_id = live.record.id
+        if live.is_cancelled:
+            return Cancelled(run_id)
+        if live.is_worn_out:
+            return Failed(run_id, WORKER_DIED, retryable=True)
+        message = SERVER_STOPPED if self._closing else CONNECTION_LOST
+        return Failed(run_id, message, retryable=True)
+
+    def _change(self, live: _Live, **changes: Any) -> None:
+        live.record = replace(live.record, **changes)
+        try:
+            self.store.update(live.record.id, **changes)
+        except StoreError as error:  # the run goes on; what it comes to may still find room
+            logger.error("run %s: %s", live.record.id, error)
+
+    def _record(self, run_id: str) -> RunRecord:
+        live = self._runs.get(run_id)
+        return live.record if live else self.store.get(run_id)
+
+    def _feed(self, run_id: str) -> Feed:
+        live = self._runs.get(run_id)
+        if live is not None:
+            return live.feed
+        feed = Feed()
+        feed.append(_end_of(self.store.get(run_id)))
+        return feed
+
+
+def _end_of(record: RunRecord) -> FinalEvent:
+    if record.status == "done":
+        return Finished(record.id)
+    if record.status == "cancelled":
+        return Cancelled(record.id)
+    if record.status == "failed":
+        return Failed(record.id, record.error or "this run failed", retryable=True)
+    message = "another server is flying this run; reload the page when it is done"
+    return Failed(record.id, message, retryable=False)
+
+
+def _claim(store: RunStore) -> IO[str] | None:
+    """Hold a share of the store's lock for as long as this process lives.
+
+    Who finds it free knows that every unfinished run was left by a process that has stopped.
+    """
+    try:
+        lock = (store.root / "engine.lock").open("a")
+    except OSError:  # a read-only store: nothing can be marked
+        return None
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        store.fail_unfinished()
+    except BlockingIOError:
+        logger.info("another process flies runs of the store %s", store.root)
+    except (OSError, StoreError) as error:
+        logger.warning("runs that an earlier server left unfinished stay so: %s", error)
+        return lock
+    fcntl.flock(lock, fcntl.LOCK_SH)
+    return lock

@@ -1,0 +1,174 @@
+"""What a worker does with a run: fly the pair, diagnose it as it goes, write the report."""
+
+import pickle
+import secrets
+import signal
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from distributed import Worker, WorkerPlugin, get_worker
+
+from core.diagnosis.diagnosis import Diagnosis
+from core.errors import MirrorTwinError
+from core.fmea.fault import Fault
+from core.jobs.events import (
+    SAMPLE_STRIDE,
+    Cancelled,
+    Diagnosed,
+    Event,
+    Failed,
+    Probabilities,
+    Progress,
+    Reported,
+    Samples,
+)
+from core.report.report import Report
+from core.twin.plan import DT_S, Plan
+from core.twin.trajectory import Pair, Trajectory
+
+BLOCK_S = 5.0
+"""Flight time between two messages: the classifier's stride, about 10 ms of computing."""
+
+FLOWN = 0.9
+"""The share of a run's progress that flying takes; diagnosis and report are quick."""
+
+TOPIC = "mirrortwin-runs"
+"""The Dask event topic of all runs. One for all, because a scheduler never forgets a topic."""
+
+Emit = Callable[[Event], None]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RunResult:
+    """What a run comes to."""
+
+    pair: Pair
+    diagnosis: Diagnosis
+    report: Report
+
+
+def fly_run(run_id: str, plan: Plan, fault: Fault, emit: Emit) -> RunResult:
+    """Fly, diagnose and report on one run, in the calling process.
+
+    ``emit`` receives Progress, Samples, Probabilities, Diagnosed and Reported as they come; it may
+    raise to stop the flight, at the latest one block (`BLOCK_S`) on. Raises `InputError` (onset
+    beyond the end), `FlightError` (the plan cannot be flown) or `MirrorTwinError` (no model).
+    """
+    # Here and not above: the server imports this module too, and has no use for torch or JSBSim.
+    from core.diagnosis.predict import load_diagnoser
+    from core.report.template import write_report
+
+    emit(Progress(run_id, "flying", 0.0))
+    stream = load_diagnoser().stream()
+    blocks: list[Pair] = []
+    for block, progress in _blocks(plan, fault):
+        blocks.append(block)
+        emit(_samples(run_id, block))
+        for time_s, probabilities in stream.push(block):
+            emit(Probabilities(run_id, time_s, probabilities))
+        emit(Progress(run_id, "flying", FLOWN * progress))
+    emit(Progress(run_id, "diagnosing", FLOWN))
+    diagnosis = stream.finish()
+    emit(Diagnosed(run_id, diagnosis))
+    emit(Progress(run_id, "reporting", 0.95))
+    report = write_report(diagnosis)
+    emit(Reported(run_id, report))
+    return RunResult(_joined(blocks), diagnosis, report)
+
+
+def fly_task(key: str, run_id: str, plan: Plan, fault: Fault) -> RunResult | Failed | Cancelled:
+    """`fly_run` as the Dask task ``key``, with its events sent to `TOPIC`.
+
+    Each message is (run id, key, start, pickled event); ``start`` differs every time that a task
+    is begun, so that whoever listens can tell a second attempt from the first. Errors meant for the
+    user come back as a value: raised, Dask would print their traceback on the worker's terminal.
+    """
+    worker = get_worker()
+    start = secrets.token_hex(8)
+
+    def emit(event: Event) -> None:
+        if _is_cancelled(worker, key):
+            raise _CancelledError
+        worker.log_event(TOPIC, (run_id, key, start, pickle.dumps(event, protocol=5)))
+
+    try:
+        return fly_run(run_id, plan, fault, emit)
+    except _CancelledError:
+        return Cancelled(run_id)
+    except MirrorTwinError as error:
+        return Failed(run_id, str(error), retryable=False)
+
+
+class WarmUp(WorkerPlugin):
+    """Loads JSBSim, torch and the network when a worker starts, before its first run."""
+
+    name = "mirrortwin-warm-up"
+
+    def setup(self, worker: Worker) -> None:
+        """Called by Dask on every worker, also on one that replaces another."""
+        import core.twin.flight  # noqa: F401
+        from core.diagnosis.predict import load_diagnoser
+
+        try:
+            load_diagnoser()
+        except MirrorTwinError:  # said by the run that needs it, where the user can read it
+            return
+
+
+class IgnoreInterrupt(WorkerPlugin):
+    """Leaves Ctrl-C to the server, which then closes its workers in good order.
+
+    For workers that share the server's terminal; one started by hand must heed Ctrl-C itself.
+    """
+
+    name = "mirrortwin-ignore-interrupt"
+
+    def setup(self, worker: Worker) -> None:
+        """Called by Dask on the worker's main thread."""
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+class _CancelledError(Exception):
+    """The run is no longer wanted."""
+
+
+def _is_cancelled(worker: Worker, key: str) -> bool:
+    # Dask does not interrupt a running task, but tells its worker that nobody wants it any more:
+    # on cancel, and also when the server that asked for it is gone.
+    task = worker.state.tasks.get(key)
+    return task is None or task.state == "cancelled"
+
+
+def _blocks(plan: Plan, fault: Fault) -> Iterator[tuple[Pair, float]]:
+    from core.twin.flight import PairFlight
+
+    flight = PairFlight(plan, fault)
+    while (block := flight.advance(BLOCK_S)) is not None:
+        yield block, flight.progress
+
+
+def _samples(run_id: str, block: Pair) -> Samples:
+    """Every `SAMPLE_STRIDE`-th sample of a block; blocks begin on such a sample."""
+    faulted, mirror = block.faulted[::SAMPLE_STRIDE], block.mirror[::SAMPLE_STRIDE]
+
+    def single(values: np.ndarray[Any, Any]) -> np.ndarray[Any, np.dtype[np.float32]]:
+        return np.ascontiguousarray(values, dtype=np.float32)
+
+    return Samples(
+        run_id,
+        index=round(float(faulted.time_s[0]) / (SAMPLE_STRIDE * DT_S)),
+        time_s=single(faulted.time_s),
+        faulted=single(faulted.channels),
+        mirror=single(mirror.channels),
+        faulted_states=single(faulted.states),
+        mirror_states=single(mirror.states),
+    )
+
+
+def _joined(blocks: list[Pair]) -> Pair:
+    return Pair(
+        Trajectory.joined([block.faulted for block in blocks]),
+        Trajectory.joined([block.mirror for block in blocks]),
+    )
