@@ -10,6 +10,7 @@ store, and a full disk or a kill leaves the last committed state. Files are writ
 all, and before the row that speaks of them.
 """
 
+import errno
 import json
 import logging
 import os
@@ -216,6 +217,8 @@ class RunStore:
                 with self._index:
                     yield self._index
             except sqlite3.Error as error:
+                if "readonly" in str(error):  # the connection stays so: open anew next time
+                    self.read_only_reason = str(error)
                 raise _index_error(self.root, str(error)) from error
 
     def _try_writable(self) -> None:
@@ -259,6 +262,8 @@ def _open_index(root: Path) -> tuple[sqlite3.Connection, str | None]:
     """The index and None, or a readable one and the reason why it cannot be written to."""
     try:
         (root / "runs").mkdir(parents=True, exist_ok=True)
+        if not os.access(root, os.W_OK):
+            raise PermissionError(errno.EACCES, "read-only folder")
         return _writable_index(root / "index.sqlite"), None
     except OSError as error:
         reason = error.strerror or str(error)
@@ -284,8 +289,6 @@ def _writable_index(path: Path) -> sqlite3.Connection:
             )
         if found < SCHEMA_VERSION:
             index.executescript(f"{_SCHEMA} PRAGMA user_version = {SCHEMA_VERSION};")
-        index.execute("BEGIN IMMEDIATE")  # is there leave to write?
-        index.rollback()
     except BaseException:
         index.close()
         raise
