@@ -20,7 +20,7 @@ class Effects:
     """Intermediate variables over n samples; per-cylinder arrays are (n, 4), others (n,).
 
     ``cooling_efficiency``, ``cooler_efficiency``: 1 when healthy. ``lean``: relative leaning, rich
-    below 0. ``work``: share of the cylinder's work left. ``exhaust_leak``, ``charge_loss``,
+    below 0. ``exhaust_leak``, ``charge_loss``,
     ``gas_jet``: shares, 0 when healthy. ``firing``: share of the charges that burn.
     ``oil_lost_qt``: quarts. ``friction``: relative rise.
     """
@@ -28,7 +28,6 @@ class Effects:
     cooling_efficiency: Array
     cooler_efficiency: Array
     lean: Array
-    work: Array
     exhaust_leak: Array
     charge_loss: Array
     gas_jet: Array
@@ -54,7 +53,6 @@ def effects_of(defects: Array) -> Effects:
         cooling_efficiency=air.heads,
         cooler_efficiency=air.cooler,
         lean=each("air_leak_lean") - whole("enrichment")[:, None],
-        work=np.clip(1.0 - each("valve_leak") - each("charge_loss") - misfire, 0.0, 1.0),
         exhaust_leak=each("valve_leak"),
         charge_loss=each("charge_loss"),
         gas_jet=each("gas_jet"),

@@ -24,6 +24,9 @@ BASE_LEAK_IN2 = 5.0
 COOLING_EXPONENT = 0.34
 """Head cooling against pressure drop (NACA correlation, NACA TN 1092)."""
 
+COOLER_EXPONENT = 0.75
+"""Oil-cooler heat rejection against pressure drop."""
+
 LOCAL_SHARE_OF_DECK = 0.12
 """Share of a local leak that the whole deck feels; the rest is air stolen from one cylinder."""
 
@@ -69,5 +72,5 @@ def cooling(defects: Array) -> Cooling:
     )
     beside = defects[:, DEFECT_SLICE["cooler_leak_in2"]][:, 0]
     fouling = defects[:, DEFECT_SLICE["cooler_fouling"]][:, 0]
-    cooler = pressure**0.5 * (COOLER_IN2 / (COOLER_IN2 + beside)) * (1.0 - fouling)
+    cooler = pressure**COOLER_EXPONENT * (COOLER_IN2 / (COOLER_IN2 + beside)) * (1.0 - fouling)
     return Cooling(heads, cooler)

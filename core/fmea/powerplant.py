@@ -3,8 +3,9 @@
 The paper acts on the throttle alone. JSBSim's piston model lets a defect act where it really
 does, so each is handed to the parameter that carries it:
 
-- lost work (leaking valve, lost charge, misfire, lean charge) divides ``bsfc-lbs_hphr``: the fuel
-  still flows, less of it becomes power;
+- a misfire divides ``bsfc-lbs_hphr``: the fuel still flows, less of it becomes power;
+- a leaking valve, a lost charge and unmetered air do half of that and half scale
+  ``volumetric-efficiency``: part of the charge, fuel included, is never drawn in;
 - friction adds to ``friction-hp``;
 - metering faults scale ``fcs/mixture-cmd-norm``: fuel flow follows;
 - loss of all combustion and a creeping throttle are the paper's throttle correction.
@@ -19,11 +20,11 @@ from core.fmea.defects import DEFECT_SLICE
 
 Array = NDArray[np.float64]
 
-LEAN_WORK_LOSS = 0.95
+LEAN_WORK_LOSS = 0.70
 """Relative work lost by a cylinder per relative leaning by unmetered air (rich of peak)."""
 
-RICH_WORK_LOSS = 0.25
-"""Relative work lost per relative fuel excess, beyond what JSBSim's mixture table takes."""
+UNDRAWN_SHARE = 0.5
+"""Share of a leak that reduces the charge drawn in, and with it the fuel flow."""
 
 CRUISE_FRICTION_HP = 14.0
 """Friction power of an O-320 at cruise; JSBSim's own value covers only the static part."""
@@ -35,6 +36,7 @@ class EngineFactors:
 
     throttle: float = 1.0
     work: float = 1.0
+    charge: float = 1.0
     mixture: float = 1.0
     friction_hp: float = 0.0
 
@@ -48,16 +50,17 @@ def engine_factors(defects: Array) -> EngineFactors:
     def whole(name: str) -> float:
         return float(defects[DEFECT_SLICE[name]][0])
 
-    lost = (
+    leaked = (
         defects[DEFECT_SLICE["valve_leak"]]
         + defects[DEFECT_SLICE["charge_loss"]]
-        + defects[DEFECT_SLICE["misfire"]]
         + LEAN_WORK_LOSS * defects[DEFECT_SLICE["air_leak_lean"]]
     )
-    work = 1.0 - float(np.minimum(lost, 1.0).mean()) - RICH_WORK_LOSS * whole("enrichment")
+    indicated = 1.0 - float(np.minimum(leaked + defects[DEFECT_SLICE["misfire"]], 1.0).mean())
+    charge = 1.0 - UNDRAWN_SHARE * float(np.minimum(leaked, 1.0).mean())
     return EngineFactors(
         throttle=(1.0 - whole("power_lost")) * (1.0 + whole("throttle_creep")),
-        work=max(work, 0.05),
+        work=max(indicated / charge, 0.05),
+        charge=charge,
         mixture=1.0 + whole("enrichment"),
         friction_hp=CRUISE_FRICTION_HP * whole("friction"),
     )

@@ -1,1 +1,1 @@
-""""""
+"""The digital twin: plan, JSBSim flight, sensor synthesis and the paired mirror."""

@@ -23,7 +23,7 @@ from core.twin.trajectory import STATE_INDEX, STATE_NAMES
 Array = NDArray[np.float64]
 
 STEPS_PER_TICK = round(TICK_S / DT_S)
-CRUISE_MIXTURE = 0.95
+CRUISE_MIXTURE = 0.93
 """Slightly rich of JSBSim's best power, as a carburetted 172 is flown below 75 % power."""
 
 _FPS_TO_FPM = 60.0
@@ -106,7 +106,9 @@ class Aircraft:
         self._bsfc = self._node(_ENGINE + "bsfc-lbs_hphr")
         self._friction = self._node(_ENGINE + "friction-hp")
         self._mixture = self._node("fcs/mixture-cmd-norm")
+        self._breathing = self._node(_ENGINE + "volumetric-efficiency")
         self._healthy_bsfc = self._bsfc.get_double_value()
+        self._healthy_breathing = self._breathing.get_double_value()
         self._healthy_friction_hp = self._friction.get_double_value()
         self._factors = HEALTHY
 
@@ -171,6 +173,7 @@ class Aircraft:
         self._factors = factors
         self._throttle.set_double_value(factors.throttle)
         self._bsfc.set_double_value(self._healthy_bsfc / factors.work)
+        self._breathing.set_double_value(self._healthy_breathing * factors.charge)
         self._friction.set_double_value(self._healthy_friction_hp + factors.friction_hp)
         self._mixture.set_double_value(CRUISE_MIXTURE * factors.mixture)
 

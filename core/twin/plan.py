@@ -73,12 +73,12 @@ class Plan:
     def __post_init__(self) -> None:
         """Reject what cannot be flown; raises `InputError` naming the field and its range."""
         for name in ("altitude_ft", "speed_kt", "heading_deg", "duration_s"):
-            object.__setattr__(self, name, checked_number(name, getattr(self, name),
-                                                          *PLAN_RANGES[name]))  # fmt: skip
+            number = checked_number(name, getattr(self, name), *PLAN_RANGES[name])
+            object.__setattr__(self, name, number)
         for field in fields(self.weather):
             value = getattr(self.weather, field.name)
-            object.__setattr__(self.weather, field.name,
-                               checked_number(field.name, value, *PLAN_RANGES[field.name]))  # fmt: skip
+            number = checked_number(field.name, value, *PLAN_RANGES[field.name])
+            object.__setattr__(self.weather, field.name, number)
         if isinstance(self.seed, bool) or not isinstance(self.seed, int):
             raise InputError("seed", f"must be a whole number, got {self.seed!r}")
         if not 0 <= self.seed < 2**31:
@@ -127,7 +127,7 @@ class Plan:
 
 
 def load_plan(path: Path) -> Plan:
-    """Read a plan from a TOML file; raises `InputError` if it is not readable TOML or not a plan."""
+    """Read a plan from a TOML file; raises `InputError` if it is not TOML or not a plan."""
     try:
         values = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:

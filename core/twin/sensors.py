@@ -27,31 +27,36 @@ class Constants:
     # Head heat balance (NACA form: (Th - Ta) / (Tg - Th) = r), reference 100 KIAS, 5000 ft, ISA.
     head_ratio: float = 0.335  # gives CHT near 315 F at the reference [D]
     charge_exponent: float = 0.50  # head heat against charge flow [K]
-    cooling_exponent: float = 0.34  # against density times pressure drop, NACA TN 1092
+    airspeed_exponent: float = 0.17  # head cooling against dynamic pressure, slipstream aside [K]
     gas_degf: float = 1150.0  # effective gas temperature [K]
-    gas_degf_per_lean: float = 400.0  # +1 F CHT per 1 % leaner [D]
+    gas_degf_per_lean: float = 340.0  # +1 F CHT per 1 % leaner [D]
     work_exponent: float = 0.50  # head heat against the cylinder's work [K]
+    windmilling: float = (
+        0.12  # heat of an engine turned by the propeller, share of a firing one [K]
+    )
     head_per_oil: float = 0.10  # degF CHT per degF oil, piston and head oil cooling [K]
     head_tau_s: float = 172.0  # 150-200 s in 11 of 12 cylinder-logs [D]
     # Exhaust gas.
     egt_degf: float = 1365.0  # cruise mean, rich of peak [D]
-    egt_per_log_charge_degf: float = 130.0  # taxi to cruise [D]
+    egt_per_log_charge_degf: float = 95.0  # taxi to cruise [D]
     egt_per_lean_degf: float = 1000.0  # +10 F per 1 % leaner [D]
     egt_lean_curvature_degf: float = 2800.0  # peak 18 % leaner than cruise [D, rounded]
     egt_per_exhaust_leak_degf: float = 280.0  # burnt valve, +100 F when severe
     egt_valve_beat: float = 0.12  # slow beat of a rotating burnt valve, share of its rise
     egt_valve_beat_s: float = 60.0  # about one cycle a minute
-    egt_per_charge_loss_degf: float = -430.0  # gas that never reaches the probe [K]
-    egt_unburnt_degf: float = 620.0  # probe in a cylinder that does not fire [K]
+    egt_per_charge_loss_degf: float = -570.0  # gas that never reaches the probe [K]
+    egt_unburnt_degf: float = 580.0  # probe in a cylinder that does not fire [K]
     egt_tau_s: float = 9.0  # probe and gas, 6-12 s [D]
     # Oil.
     oil_degf_above_air: float = 122.0  # sump above outside air at the reference [D]
     oil_cooler_share: float = 0.55  # share of oil heat that the cooler carries [K]
     oil_sump_exponent: float = 0.50  # sump heat rejection against oil quantity [K]
-    oil_charge_exponent: float = 0.30  # oil heat against charge flow [K]
+    oil_charge_exponent: float = 0.17  # oil heat against charge flow [K]
     oil_per_friction: float = 0.42  # relative oil heat per relative friction [K]
-    oil_per_blowby: float = 0.11  # relative oil heat per share of one cylinder's lost work [K]
-    oil_per_head: float = 0.05  # degF oil per degF mean head efficiency deficit [K]
+    oil_per_blowby: float = 0.10  # relative oil heat per share of one cylinder's charge lost [K]
+    oil_per_firing: float = 0.25  # exponent of the firing share in the oil heat [K]
+    oil_least_charge: float = 0.45  # oil heat of a windmilling engine, as a charge flow [K]
+    oil_airspeed_exponent: float = 0.04  # cooler and sump against free-stream pressure [K]
     oil_tau_s: float = 320.0  # 120 to 600 s [D]
     oil_quantity_qt: float = 7.0
     oil_psi_per_degf: float = -0.115  # viscosity [D: -0.05 to -0.13]
@@ -170,8 +175,10 @@ class SensorSynthesiser:
     ) -> Array:
         """Quasi-steady head temperatures, (n, 4): Th = (Ta + r Tg) / (1 + r)."""
         airflow = _column(states, "qbar_psf") / C.qbar_reference_psf
-        heat = charge**C.charge_exponent / np.maximum(airflow, 0.05) ** C.cooling_exponent
-        burnt = np.maximum(effects.work * (effects.firing + (1.0 - effects.work)).clip(0, 1), 0.0)
+        heat = charge**C.charge_exponent / np.maximum(airflow, 0.05) ** C.airspeed_exponent
+        burnt = np.maximum(
+            effects.firing * (1.0 - effects.exhaust_leak - effects.charge_loss), C.windmilling
+        )
         ratio = (
             C.head_ratio
             * heat[:, None]
@@ -216,11 +223,16 @@ def _charge(states: Array) -> Array:
 def _oil_target(states: Array, effects: Effects, charge: Array, air_degf: Array) -> Array:
     """Quasi-steady oil temperature, (n,): heat in over (sump + cooler) conductance."""
     volume = np.maximum(1.0 - effects.oil_lost_qt / C.oil_quantity_qt, 0.05)
-    lost_work = (1.0 - effects.work).sum(axis=1) * (effects.firing.mean(axis=1))
-    heat = np.maximum(charge, 0.02) ** C.oil_charge_exponent * (
-        1.0 + C.oil_per_friction * effects.friction + C.oil_per_blowby * lost_work
+    blowby = (effects.exhaust_leak + effects.charge_loss).sum(axis=1)
+    # An unburnt charge still compresses and rubs: most of its share of the oil heat remains.
+    burnt = charge * effects.firing.mean(axis=1) ** C.oil_per_firing
+    heat = np.maximum(burnt, C.oil_least_charge) ** C.oil_charge_exponent * (
+        1.0 + C.oil_per_friction * effects.friction + C.oil_per_blowby * blowby
     )
-    airflow = np.maximum(_column(states, "qbar_psf") / C.qbar_reference_psf, 0.05) ** 0.25
+    airflow = (
+        np.maximum(_column(states, "qbar_psf") / C.qbar_reference_psf, 0.05)
+        ** C.oil_airspeed_exponent
+    )
     conductance = airflow * (
         (1.0 - C.oil_cooler_share) * volume**C.oil_sump_exponent
         + C.oil_cooler_share * effects.cooler_efficiency
