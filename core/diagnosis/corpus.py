@@ -35,7 +35,7 @@ class Corpus:
         self._pairs = [read_run(folder, run) for run in runs]
         self._nominal = classes.index("nominal")
         self._stretches = [
-            Stretch(classes.index(run.mode), len(pair.faulted), run.onset_row)
+            Stretch(classes.index(run.mode), len(pair.faulted), run.shown_row)
             for run, pair in zip(runs, self._pairs, strict=True)
         ]
         self._scored = scored_windows(self._stretches)

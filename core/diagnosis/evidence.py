@@ -39,7 +39,7 @@ def find_evidence(pair: Pair) -> tuple[tuple[Evidence, ...], float | None]:
         for index, channel in enumerate(CHANNELS)
         if (evidence := _channel_evidence(channel, residual[rows, index], time_s[rows]))
     ]
-    found.sort(key=lambda evidence: -evidence.sigma)
+    found.sort(key=lambda evidence: -abs(evidence.sigma))
     return tuple(found), float(time_s[first])
 
 
@@ -60,6 +60,6 @@ def _channel_evidence(channel: Channel, residual: Array32, time_s: Array) -> Evi
         value=value,
         unit=channel.unit,
         direction="+" if value > 0 else "-",
-        sigma=abs(value) / sd,
+        sigma=value / sd,
         onset_s=float(time_s[start]),
     )

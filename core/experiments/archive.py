@@ -31,18 +31,30 @@ MANIFEST = "manifest.json"
 class StoredRun:
     """One run of the data set: what it is, which samples were kept, and their checksum.
 
-    ``start_row`` is the first kept sample's index in the flight; ``onset_row`` the onset's index
-    in the kept stretch. ``plan`` and ``fault`` are in their JSON form.
+    ``start_row`` is the first kept sample's index in the flight, ``departure_row`` that of the
+    first sample at which flight and mirror differ, None if they never do. ``plan`` and ``fault``
+    are in their JSON form.
     """
 
     id: str
     mode: str
     split: str
     start_row: int
-    onset_row: int
+    departure_row: int | None
     plan: dict[str, Any]
     fault: dict[str, Any]
     sha256: str = ""
+
+    @property
+    def shown_row(self) -> int:
+        """Where in the kept stretch the fault begins to show; the planned onset if it never does.
+
+        This, not the onset, is where windows of the fault begin: before it there is nothing that
+        any method could tell from a healthy flight.
+        """
+        onset_row = round(self.fault["onset_s"] / DT_S)
+        row = onset_row if self.departure_row is None else self.departure_row
+        return row - self.start_row
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,8 @@ from core.experiments.archive import Archive, Manifest, StoredRun
 from core.fmea.catalogue import Mode, catalogue
 from core.fmea.fault import Fault
 from core.paths import ASSETS
-from core.residual.window import EFFECTIVE_S, STRIDE_STEPS, WINDOW_S
+from core.residual.paired import first_departure
+from core.residual.window import EFFECTIVE_STEPS, STRIDE_STEPS, WINDOW_STEPS
 from core.twin.flight import fly_pair
 from core.twin.plan import DT_S, PLAN_RANGES, Conditions, Plan, checked_number
 from core.twin.trajectory import Array32
@@ -26,6 +27,9 @@ SPEC_PATH = ASSETS / "dataset.toml"
 
 IN_FLIGHT_PER_WORKER = 2
 """Runs handed to the cluster ahead of their turn: enough to keep it busy, few enough to hold."""
+
+
+CONNECT_S = 10.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +55,8 @@ class DatasetSpec:
             if len(bounds) != 2 or not low <= bounds[0] <= bounds[1] <= high:
                 raise InputError(name, f"must be [low, high] within {low:g} to {high:g}")
             object.__setattr__(self, name, (float(bounds[0]), float(bounds[1])))
+        if self.conditions not in ("lab", "field"):
+            raise InputError("conditions", f"must be lab or field, got {self.conditions!r}")
         for name in ("test_share", "validation_share"):
             checked_number(name, getattr(self, name), 0.05, 0.9)
 
@@ -82,18 +88,6 @@ class PlannedRun:
     split: Split
     plan: Plan
     fault: Fault
-
-    @property
-    def kept_rows(self) -> slice:
-        """The samples kept: 30 s before the onset to 120 s after, widened to the 5 s grid.
-
-        Being on the grid, the stretch holds the very windows that a diagnosis of the whole flight
-        reads around the onset.
-        """
-        grid_s = STRIDE_STEPS * DT_S
-        start = max(0, int((self.fault.onset_s - WINDOW_S) // grid_s)) * STRIDE_STEPS
-        stop = -int(-(self.fault.onset_s + EFFECTIVE_S) // grid_s) * STRIDE_STEPS
-        return slice(start, min(stop, self.plan.n_steps))
 
 
 def planned_runs(spec: DatasetSpec) -> tuple[PlannedRun, ...]:
@@ -133,13 +127,43 @@ def _planned_run(spec: DatasetSpec, mode: Mode, repeat: int, seed: int, split: S
     return PlannedRun(f"{mode.id}-{repeat:04d}", split, plan, fault)
 
 
-def fly_run(run: PlannedRun) -> Array32:
-    """Fly a run and its mirror; (2, rows, 23) float32, faulted then mirror, `kept_rows` only.
+@dataclass(frozen=True, slots=True, eq=False)
+class FlownRun:
+    """The kept stretch of a flown run: (2, rows, 23) float32, faulted then mirror.
+
+    ``start_row`` is its first sample in the flight, ``departure_row`` the first sample of the
+    flight at which the two differ, None if they never do.
+    """
+
+    start_row: int
+    departure_row: int | None
+    channels: Array32
+
+
+def fly_run(run: PlannedRun) -> FlownRun:
+    """Fly a run and its mirror and keep what a diagnosis reads of them.
 
     A plain function of its argument: any process, Dask worker or machine gives the same bytes.
     """
-    pair = fly_pair(run.plan, run.fault)[run.kept_rows]
-    return np.stack([pair.faulted.channels, pair.mirror.channels])
+    pair = fly_pair(run.plan, run.fault)
+    departure_row = first_departure(pair.residual)
+    rows = _kept_rows(run, departure_row)
+    kept = pair[rows]
+    channels = np.stack([kept.faulted.channels, kept.mirror.channels])
+    return FlownRun(rows.start, departure_row, channels)
+
+
+def _kept_rows(run: PlannedRun, departure_row: int | None) -> slice:
+    """From 30 s before the onset to 120 s after the fault shows, widened to the 5 s grid.
+
+    Being on the grid, the stretch holds the very windows that a diagnosis of the whole flight
+    reads; a defect that takes its time (a rivet's first release, say) is followed to its end.
+    """
+    onset_row = round(run.fault.onset_s / DT_S)
+    shown_row = onset_row if departure_row is None else departure_row
+    start = max(0, (onset_row - WINDOW_STEPS) // STRIDE_STEPS * STRIDE_STEPS)
+    stop = -(-(shown_row + EFFECTIVE_STEPS) // STRIDE_STEPS) * STRIDE_STEPS
+    return slice(start, min(stop, run.plan.n_steps))
 
 
 def generate(
@@ -168,35 +192,34 @@ def generate(
     if missing:
         with _cluster(workers, scheduler) as client:
             for run, flown in _flown(client, missing):
-                archive.add(_stored(run), flown)
+                archive.add(_stored(run, flown), flown.channels)
                 done += 1
                 report(done, len(runs))
     return archive.completed([run.id for run in runs])
 
 
-def _stored(run: PlannedRun) -> StoredRun:
-    rows = run.kept_rows
+def _stored(run: PlannedRun, flown: FlownRun) -> StoredRun:
     return StoredRun(
         id=run.id,
         mode=run.fault.mode,
         split=run.split,
-        start_row=rows.start,
-        onset_row=round(run.fault.onset_s / DT_S) - rows.start,
+        start_row=flown.start_row,
+        departure_row=flown.departure_row,
         plan=run.plan.to_dict(),
         fault=run.fault.to_dict(),
     )
 
 
-def _flown(client: Client, runs: list[PlannedRun]) -> Iterator[tuple[PlannedRun, Array32]]:
+def _flown(client: Client, runs: list[PlannedRun]) -> Iterator[tuple[PlannedRun, FlownRun]]:
     """Runs as they land, never more than a few ahead, so that memory stays flat."""
 
-    def submitted(run: PlannedRun) -> Future[Array32]:
+    def submitted(run: PlannedRun) -> Future[FlownRun]:
         future = client.submit(fly_run, run, pure=False)
         running[future] = run
         return future
 
     waiting = iter(runs)
-    running: dict[Future[Array32], PlannedRun] = {}
+    running: dict[Future[FlownRun], PlannedRun] = {}
     ahead = IN_FLIGHT_PER_WORKER * max(1, sum(client.nthreads().values()))
     landing = as_completed([submitted(run) for run in islice(waiting, ahead)], with_results=True)
     try:
@@ -221,7 +244,7 @@ def _cluster(workers: int, scheduler: str | None) -> Iterator[Client]:
                     dashboard_address=None,
                 )
             )
-            client = stack.enter_context(Client(cluster))
+            client = stack.enter_context(Client(cluster, timeout=CONNECT_S))
         except (OSError, ValueError) as error:
             raise WorkerError(f"scheduler {scheduler or 'on this machine'}: {error}") from None
         yield client

@@ -1,0 +1,56 @@
+"""Synthetic flights and an untrained diagnoser, for tests that need no simulator."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+import torch
+
+from core.channels import CHANNEL_INDEX, CHANNELS, N_CHANNELS
+from core.diagnosis.features import FEATURE_MODES, N_FEATURES, Normalisation
+from core.diagnosis.networks import Cnn1d
+from core.diagnosis.predict import Diagnoser
+from core.twin.plan import DT_S
+from core.twin.trajectory import STATE_NAMES, Pair, Trajectory
+
+Shift = tuple[str, float, float, float]
+"""Channel, size in its unit, first and last second of a step away from the mirror."""
+
+FlightMaker = Callable[..., Pair]
+
+
+def noisy_pair(duration_s: float, *shifts: Shift, seed: int = 0) -> Pair:
+    """A flight of sensor noise and its mirror, equal but for the ``shifts``."""
+    n = round(duration_s / DT_S)
+    rng = np.random.default_rng(seed)
+    noise = [channel.noise_sd for channel in CHANNELS]
+    mirror = (100.0 + rng.normal(size=(n, N_CHANNELS)) * noise).astype(np.float32)
+    faulted = mirror.copy()
+    time_s = np.arange(n) * DT_S
+    for name, size, start_s, stop_s in shifts:
+        faulted[(time_s >= start_s) & (time_s < stop_s), CHANNEL_INDEX[name]] += np.float32(size)
+    states = rng.normal(size=(n, len(STATE_NAMES)))
+    return Pair(Trajectory(time_s, states, faulted), Trajectory(time_s, states, mirror))
+
+
+@pytest.fixture
+def make_pair() -> FlightMaker:
+    """``make_pair(duration_s, (channel, size, start_s, stop_s), ...)``: see `noisy_pair`."""
+    return noisy_pair
+
+
+@pytest.fixture(scope="session")
+def untrained() -> Diagnoser:
+    """The paper's network with random weights that favour no class: it mechanically works."""
+    torch.manual_seed(3)
+    flights = [noisy_pair(40.0, ("E1 CHT1", 5.0, 10.0, 40.0), seed=seed) for seed in range(2)]
+    return Diagnoser(
+        name="untrained",
+        classes=tuple(f"class_{number}" for number in range(20)),
+        conditions="lab",
+        mode=FEATURE_MODES["paired"],
+        normalisation=Normalisation.fitted(
+            (pair.residual, pair.faulted.channels) for pair in flights
+        ),
+        network=Cnn1d(N_FEATURES, 20).eval(),
+    )

@@ -1,0 +1,65 @@
+"""Evidence names the channels that moved, and only those."""
+
+import numpy as np
+import pytest
+
+from core.channels import channel
+from core.diagnosis.evidence import find_evidence, sensor_sd
+
+
+def test_a_healthy_flight_gives_none(make_pair):
+    assert find_evidence(make_pair(60.0)) == ((), None)
+
+
+def test_a_step_is_found_where_it_is_and_as_large_as_it_is(make_pair):
+    (evidence,), onset_s = find_evidence(make_pair(90.0, ("E1 CHT3", 4.0, 40.0, 90.0)))
+    assert onset_s == pytest.approx(40.0)
+    assert (evidence.channel, evidence.unit, evidence.direction) == ("E1 CHT3", "degF", "+")
+    assert evidence.value == pytest.approx(4.0, abs=1e-4)
+    assert evidence.sigma == pytest.approx(4.0 / np.hypot(0.025, 0.2), rel=1e-4)
+    assert (evidence.start_s, evidence.onset_s) == (pytest.approx(40.0), pytest.approx(40.0))
+    assert evidence.end_s == pytest.approx(89.98)
+
+
+def test_strongest_first_with_directions(make_pair):
+    evidence, onset_s = find_evidence(
+        make_pair(
+            90.0,
+            ("E1 OilP", -1.0, 45.0, 90.0),
+            ("E1 OilT", 10.0, 40.0, 90.0),
+            ("E1 RPM", -60.0, 50.0, 90.0),
+        )
+    )
+    assert onset_s == pytest.approx(40.0)
+    assert [item.channel for item in evidence] == ["E1 OilT", "E1 RPM", "E1 OilP"]
+    assert [item.direction for item in evidence] == ["+", "-", "-"]
+    assert [item.sigma > 0 for item in evidence] == [True, False, False]
+    assert [item.onset_s for item in evidence] == pytest.approx([40.0, 50.0, 45.0])
+
+
+@pytest.mark.parametrize(
+    "shifts",
+    [
+        pytest.param([("E1 CHT1", 0.9 * sensor_sd(channel("E1 CHT1")), 20, 90)], id="within noise"),
+        pytest.param([("VSpd", 500.0, 20.0, 20.5)], id="half a second"),
+        pytest.param(
+            [("VSpd", 300.0, 20.0, 50.0), ("VSpd", -300.0, 50.0, 80.0)], id="swings about nothing"
+        ),
+    ],
+)
+def test_what_has_not_really_moved_is_left_out(make_pair, shifts):
+    evidence, onset_s = find_evidence(make_pair(90.0, *shifts))
+    assert evidence == ()
+    assert onset_s == pytest.approx(20.0)
+
+
+def test_only_the_effective_window_counts(make_pair):
+    pair = make_pair(200.0, ("E1 CHT1", 4.0, 20.0, 200.0), ("AltMSL", -90.0, 145.0, 200.0))
+    (evidence,), _ = find_evidence(pair)
+    assert evidence.channel == "E1 CHT1"
+    assert evidence.end_s == pytest.approx(139.98)
+
+
+def test_the_same_flight_gives_the_same_evidence(make_pair):
+    shifts = (("E1 CHT1", 4.0, 20.0, 60.0), ("E1 EGT1", 40.0, 20.0, 60.0))
+    assert find_evidence(make_pair(60.0, *shifts)) == find_evidence(make_pair(60.0, *shifts))

@@ -1,0 +1,59 @@
+"""The 46 channels and their normalisation."""
+
+import json
+
+import numpy as np
+import pytest
+
+from core.channels import CHANNEL_INDEX, CHANNELS, N_CHANNELS
+from core.diagnosis.features import COMPRESSION, FEATURE_MODES, MIN_RESIDUAL_SD, Normalisation
+
+
+@pytest.fixture
+def flights(make_pair):
+    shifts = [("E1 CHT1", 6.0, 10.0, 20.0), ("E1 EGT1", -200.0, 5.0, 20.0)]
+    pairs = [make_pair(20.0, shift, seed=seed) for seed, shift in enumerate(shifts)]
+    return [(FEATURE_MODES["paired"].residual(pair), pair.faulted.channels) for pair in pairs]
+
+
+def test_constants_are_those_of_the_training_flights(flights):
+    fitted = Normalisation.fitted(iter(flights))
+    sensors = np.concatenate([sensors for _, sensors in flights]).astype(np.float64)
+    assert fitted.sensor_mean == pytest.approx(sensors.mean(axis=0))
+    assert fitted.sensor_sd == pytest.approx(sensors.std(axis=0), rel=1e-3)
+    cht1 = CHANNEL_INDEX["E1 CHT1"]
+    # A quarter of the samples stand at +6 degF, the rest at nothing.
+    scale = COMPRESSION * CHANNELS[cht1].noise_sd
+    assert fitted.residual_sd[cht1] == pytest.approx(np.arcsinh(6.0 / scale) / 2, rel=1e-4)
+    assert fitted.residual_sd[CHANNEL_INDEX["volt1"]] == MIN_RESIDUAL_SD
+
+
+def test_no_residual_stays_exactly_zero_and_sign_is_kept(flights):
+    fitted = Normalisation.fitted(iter(flights))
+    residual, sensors = flights[1]
+    features = fitted.features(residual, sensors)
+    assert features.shape == (46, len(residual))
+    assert features.dtype == np.float32
+    egt1 = CHANNEL_INDEX["E1 EGT1"]
+    assert not features[:N_CHANNELS][np.arange(N_CHANNELS) != egt1].any()
+    assert not features[egt1, :250].any()
+    assert (features[egt1, 250:] < 0).all()
+    np.testing.assert_array_equal(
+        fitted.features(-residual, sensors)[:N_CHANNELS], -features[:N_CHANNELS]
+    )
+
+
+def test_a_ratio_of_residuals_becomes_a_difference(flights):
+    fitted = Normalisation.fitted(iter(flights))
+    steps = np.outer([3.0, 6.0, 400.0, 800.0], np.ones(N_CHANNELS)).astype(np.float32)
+    cht1 = fitted.features(steps, steps)[CHANNEL_INDEX["E1 CHT1"]]
+    assert cht1[1] - cht1[0] == pytest.approx(cht1[3] - cht1[2], rel=1e-3)
+
+
+def test_the_card_keeps_every_constant(flights):
+    fitted = Normalisation.fitted(iter(flights))
+    read = Normalisation.from_dict(json.loads(json.dumps(fitted.to_dict())))
+    residual, sensors = flights[0]
+    np.testing.assert_array_equal(
+        read.features(residual, sensors), fitted.features(residual, sensors)
+    )
