@@ -28,7 +28,7 @@ class Drive:
     law: LawSpec
 
     def size(self, severity: float) -> float:
-        """Full size: ``severe`` times s to the power that makes size(0.3) ``mild``; 0 at s = 0."""
+        """The defect's full size: a power of severity with ``mild`` at 0.3, ``severe`` at 1."""
         exponent = math.log(self.mild / self.severe) / math.log(MILD)
         return self.severe * severity**exponent if severity > 0.0 else 0.0
 

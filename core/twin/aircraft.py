@@ -82,8 +82,8 @@ def _aircraft_folder() -> Path:
 
 def _load() -> jsbsim.FGFDMExec:
     jsbsim.set_logger(jsbsim.DefaultLogger(jsbsim.LogLevel.FATAL))
-    jsbsim.FGJSBBase().debug_lvl = 0
     executive = jsbsim.FGFDMExec(None)
+    executive.set_debug_level(0)
     engine_folder = str(Path(jsbsim.get_default_root_dir()) / "engine")
     if not executive.load_model_with_paths(
         "c172p", str(_aircraft_folder()), engine_folder, str(ASSETS / "aircraft")

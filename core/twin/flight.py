@@ -18,7 +18,70 @@ from core.twin.trajectory import Pair, Trajectory
 
 Array = NDArray[np.float64]
 
-_NOMINAL = Fault("nominal")
+NOMINAL = Fault("nominal")
+
+
+class _Flight:
+    """One aircraft, its fault and its sensors; blocks of any size give the same bytes."""
+
+    def __init__(self, plan: Plan, fault: Fault, *, in_formation: bool = False) -> None:
+        """Trim for the plan; ``in_formation`` takes its path from another flight instead."""
+        self._aircraft = None if in_formation else Aircraft(plan)
+        self._sensors = SensorSynthesiser(plan)
+        is_faulted = fault.mode != "nominal" and fault.severity > 0.0
+        self._fault = FaultState(fault, plan.seed) if is_faulted else None
+
+    def advance(self, time_s: Array, noise: Array, path: Array | None = None) -> Trajectory:
+        """Fly the samples at ``time_s`` (n,) under ``noise`` (n, 23), along ``path`` if given."""
+        n = len(time_s)
+        if self._fault is None:
+            states, effects = self._own().fly(n) if path is None else path, healthy(n)
+        else:
+            states, effects = self._fly_faulted(n, self._fault, path)
+        channels = self._sensors.read(states, effects, noise)
+        return Trajectory(time_s, states, channels.astype(np.float32))
+
+    def _own(self) -> Aircraft:
+        assert self._aircraft is not None  # a flight in formation is always given its path
+        return self._aircraft
+
+    def _fly_faulted(self, n: int, fault: FaultState, path: Array | None) -> tuple[Array, Effects]:
+        defects: list[Array] = []
+
+        def on_tick(drivers: Drivers) -> EngineFactors:
+            defects.append(fault.step(drivers))
+            return engine_factors(defects[-1])
+
+        if path is None:
+            states = self._own().fly(n, on_tick)
+        else:
+            states = path
+            defects.extend(fault.step(drivers) for drivers in drivers_along(path))
+        if not fault.is_active:
+            return states, healthy(n)
+        held = np.repeat(np.array(defects).reshape(-1, N_DEFECTS), STEPS_PER_TICK, axis=0)[:n]
+        return states, effects_of(held)
+
+
+class _Clock:
+    """Cuts a plan into blocks of whole ticks and deals out the time and the shared noise."""
+
+    def __init__(self, plan: Plan) -> None:
+        self._n_steps, self._done = plan.n_steps, 0
+        self._noise = SensorNoise(plan.seed)
+
+    @property
+    def progress(self) -> float:
+        return self._done / self._n_steps
+
+    def next(self, seconds: float) -> tuple[Array, Array] | None:
+        """Times (n,) and noise (n, 23) of the next block; None at the end of the plan."""
+        n = min(max(round(seconds / TICK_S), 1) * STEPS_PER_TICK, self._n_steps - self._done)
+        if n <= 0:
+            return None
+        time_s: Array = (self._done + np.arange(n, dtype=np.float64)) * DT_S
+        self._done += n
+        return time_s, self._noise.next(n)
 
 
 class PairFlight:
@@ -32,56 +95,25 @@ class PairFlight:
         """Trim both aircraft; raises `InputError` (onset) or `FlightError` (no trim)."""
         fault.check_against(plan)
         self.plan, self.fault = plan, fault
-        self._done = 0
-        self._noise = SensorNoise(plan.seed)
-        self._mirror = Aircraft(plan)
-        self._mirror_sensors = SensorSynthesiser(plan)
-        self._is_faulted = fault.mode != "nominal" and fault.severity > 0.0
-        if self._is_faulted:
-            flies_apart = catalogue()[fault.mode].moves_engine
-            self._faulted = Aircraft(plan) if flies_apart else None
-            self._faulted_sensors = SensorSynthesiser(plan)
-            self._state = FaultState(fault, plan.seed)
+        self._clock = _Clock(plan)
+        self._mirror = _Flight(plan, NOMINAL)
+        self._flies_apart = catalogue()[fault.mode].moves_engine and fault.severity > 0.0
+        self._faulted = _Flight(plan, fault, in_formation=not self._flies_apart)
 
     @property
     def progress(self) -> float:
         """Share of the flight flown, 0-1."""
-        return self._done / self.plan.n_steps
+        return self._clock.progress
 
     def advance(self, seconds: float) -> Pair | None:
         """Fly on for ``seconds`` (in whole ticks of 0.1 s); None once the plan has been flown."""
-        left = self.plan.n_steps - self._done
-        n = min(max(round(seconds / TICK_S), 1) * STEPS_PER_TICK, left)
-        if n <= 0:
+        block = self._clock.next(seconds)
+        if block is None:
             return None
-        time_s = (self._done + np.arange(n)) * DT_S
-        noise = self._noise.next(n)
-        states = self._mirror.fly(n)
-        channels = self._mirror_sensors.read(states, healthy(n), noise)
-        mirror = Trajectory(time_s, states, channels.astype(np.float32))
-        self._done += n
-        if not self._is_faulted:
-            return Pair(mirror, mirror)
-        faulted_states, effects = self._fly_faulted(n, states)
-        channels = self._faulted_sensors.read(faulted_states, effects, noise)
-        return Pair(Trajectory(time_s, faulted_states, channels.astype(np.float32)), mirror)
-
-    def _fly_faulted(self, n: int, mirror_states: Array) -> tuple[Array, Effects]:
-        defects: list[Array] = []
-
-        def on_tick(drivers: Drivers) -> EngineFactors:
-            defects.append(self._state.step(drivers))
-            return engine_factors(defects[-1])
-
-        if self._faulted is not None:
-            states = self._faulted.fly(n, on_tick)
-        else:
-            states = mirror_states
-            defects.extend(self._state.step(drivers) for drivers in drivers_along(states))
-        if not self._state.is_active:
-            return states, healthy(n)
-        held = np.repeat(np.array(defects).reshape(-1, N_DEFECTS), STEPS_PER_TICK, axis=0)[:n]
-        return states, effects_of(held)
+        time_s, noise = block
+        mirror = self._mirror.advance(time_s, noise)
+        path = None if self._flies_apart else mirror.states
+        return Pair(self._faulted.advance(time_s, noise, path), mirror)
 
 
 def fly_pair(plan: Plan, fault: Fault) -> Pair:
@@ -92,6 +124,9 @@ def fly_pair(plan: Plan, fault: Fault) -> Pair:
     return pair
 
 
-def fly(plan: Plan, fault: Fault = _NOMINAL) -> Trajectory:
-    """One trajectory, faulted if ``fault`` is; raises `InputError` or `FlightError`."""
-    return fly_pair(plan, fault).faulted
+def fly(plan: Plan, fault: Fault = NOMINAL) -> Trajectory:
+    """One trajectory without its mirror; raises `InputError` or `FlightError`."""
+    fault.check_against(plan)
+    block = _Clock(plan).next(plan.duration_s)
+    assert block is not None
+    return _Flight(plan, fault).advance(*block)
