@@ -155,3 +155,17 @@ def test_the_strongest_item_speaks_for_its_channel(items: list[Evidence]) -> Non
     best = strongest(items)
     assert best.keys() == {item.channel for item in items}
     assert all(best[item.channel].sigma >= item.sigma for item in items)
+
+
+def test_a_step_takes_half_of_its_channels_to_be_seen() -> None:
+    """The first moving step of the loose pipe needs three more exhausts, a head and three heads."""
+    step = next(
+        index
+        for index, item in enumerate(knowledge()["intake_manifold_loose"].chain)
+        if len(item.predictions(2)) == 7
+    )
+    warm = [evidence(f"E1 EGT{cylinder}", 20.0) for cylinder in (1, 3, 4)]
+    pipe = knowledge()["intake_manifold_loose"]
+    assert examine(pipe, warm, 2).chain[step].verdict == "not seen"
+    warm.append(evidence("E1 CHT2", 8.0))
+    assert examine(pipe, warm, 2).chain[step].verdict == "seen"
