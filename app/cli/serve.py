@@ -3,8 +3,6 @@
 import argparse
 from pathlib import Path
 
-from app.cli.output import note
-
 DESCRIPTION = "Start the web app and keep it running until Ctrl-C."
 EXAMPLES = """\
 examples:
@@ -39,7 +37,6 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Serve until stopped; raises `InputError`, `WorkerError` or `StoreError` if it cannot."""
-    note("Starting MirrorTwin ...")
     from app.server import serve
 
     serve(host=args.host, port=args.port, scheduler=args.scheduler, store_root=args.store)
