@@ -17,6 +17,8 @@ Array = NDArray[np.float64]
 VERTICAL_SCALE = 5.0
 KM_PER_FT = 0.0003048
 _CRUISE_KMPS = 0.055
+_DASH_S, _RUNG_S = 2.5, 10.0
+_GAP_COLUMNS = 160
 DRAWN_RATE_HZ = 5.0
 """Poses kept a second of flight: between them the aircraft is interpolated."""
 
@@ -125,15 +127,44 @@ def segments(points: Array) -> Array:
     return np.stack([points[:-1], points[1:]], axis=1)
 
 
-def ribbon(upper: Array, lower: Array) -> tuple[Array, NDArray[np.uint32]]:
-    """The surface between two lines of n points: vertices (2 n, 3), faces (2 n - 2, 3)."""
-    n = len(upper)
-    here = np.arange(n - 1)
+def lowest_ft(faulted: Poses, mirror: Poses) -> float:
+    """The lowest altitude of both flights."""
+    return float(min(faulted.values[:, 2].min(), mirror.values[:, 2].min()))
+
+
+def _pace(last_s: float) -> float:
+    """How much sparser dashes and rungs are in a flight of this length than in one of 300 s."""
+    return max(1.0, float(np.ceil(last_s / 300.0)))
+
+
+def dashes(poses: Poses, origin_ft: float) -> Array:
+    """The path as dashes (n, 2, 3), so that another path stays visible where both coincide."""
+    last_s = float(poses.time_s[-1])
+    length_s = _DASH_S * _pace(last_s)
+    starts = np.arange(0.0, last_s, 2.0 * length_s)
+    ends = [poses.at(starts), poses.at(np.minimum(starts + length_s, last_s))]
+    return np.stack([drawn_positions(end, origin_ft) for end in ends], axis=1)
+
+
+def rungs(faulted: Poses, mirror: Poses, origin_ft: float) -> Array:
+    """Lines (n, 2, 3) between where both aircraft are at equal times."""
+    last_s = float(mirror.time_s[-1])
+    times = np.arange(0.0, last_s, _RUNG_S * _pace(last_s))
+    ends = [drawn_positions(flight.at(times), origin_ft) for flight in (faulted, mirror)]
+    return np.stack(ends, axis=1)
+
+
+def gap(faulted: Poses, mirror: Poses, origin_ft: float) -> tuple[Array, NDArray[np.uint32]]:
+    """The surface that the rungs span: vertices (2 k, 3) and faces (2 k - 2, 3)."""
+    times = np.linspace(0.0, float(mirror.time_s[-1]), _GAP_COLUMNS)
+    sides = [drawn_positions(flight.at(times), origin_ft) for flight in (faulted, mirror)]
+    here = np.arange(_GAP_COLUMNS - 1)
+    there = here + _GAP_COLUMNS
     faces = np.concatenate([
-        np.stack([here, here + 1, here + n], axis=1),
-        np.stack([here + 1, here + n + 1, here + n], axis=1),
+        np.stack([here, here + 1, there], axis=1),
+        np.stack([here + 1, there + 1, there], axis=1),
     ])  # fmt: skip
-    return np.concatenate([upper, lower]), faces.astype(np.uint32)
+    return np.concatenate(sides), faces.astype(np.uint32)
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,7 +209,7 @@ def in_view(camera: Camera, points: Array, aspect: float = ASPECT) -> bool:
     return bool(np.all((np.abs(right) < aspect) & (np.abs(up) < 1.0) & (depth > 0.0)))
 
 
-def framed(points: Array, heading_deg: float, aspect: float = ASPECT) -> Camera:
+def framed(points: Array, heading_deg: float, aspect: float = ASPECT, fov: float = _FOV) -> Camera:
     """A camera from the right of the track that shows all ``points`` (n, 3) with a margin.
 
     From there the flight runs left to right, as time does on the plots, and heights read as
@@ -191,7 +222,7 @@ def framed(points: Array, heading_deg: float, aspect: float = ASPECT) -> Camera:
     right = np.cross([0.0, 0.0, 1.0], back)
     right /= np.linalg.norm(right)
     up = np.cross(back, right)
-    half = np.tan(_FOV / 2.0)
+    half = np.tan(fov / 2.0)
     target, distance = points.mean(axis=0), 0.0
     for _ in range(8):  # centre and distance depend on each other; this settles
         offset = points - target
@@ -203,7 +234,7 @@ def framed(points: Array, heading_deg: float, aspect: float = ASPECT) -> Camera:
         target = target + distance / 2.0 * (
             right * (seen_across.max() + seen_across.min()) + up * (seen_up.max() + seen_up.min())
         )
-    return Camera(_triple(target + back * distance), _triple(target), _FOV)
+    return Camera(_triple(target + back * distance), _triple(target), fov)
 
 
 def _triple(vector: Array) -> tuple[float, float, float]:
@@ -221,3 +252,8 @@ def expected_points(start: Poses, duration_s: float) -> Array:
     ahead = _CRUISE_KMPS * duration_s * np.array([np.sin(heading), np.cos(heading), 0.0])
     heights = np.array([[0.0, 0.0, z] for z in drawn_height([-1000.0, 100.0], 0.0)])
     return np.concatenate([here + heights, here + ahead + heights])
+
+
+def wingspan_km(camera: Camera) -> float:
+    """The drawn wingspan: an eighth of the view's height. At true scale it would be a pixel."""
+    return float(2.0 * np.tan(camera.fov / 2.0) * camera.distance) / 8.0

@@ -11,14 +11,12 @@ from app.scenes.mesh import WINGSPAN_M, aircraft_glb
 from app.scenes.palette import FAULTED, MIRROR, Rgb, palette
 
 _DRAWN_POINTS = 900
-_RUNG_S = 10.0
 _EMPTY_FLOOR_FT = -1000.0
 _GHOST_OPACITY = 0.55
 _GHOST_SWELL = 1.04
 """The ghost is drawn this much larger, so that it stays a halo where both aircraft coincide."""
 
 _TITLES = {"faulted": "Faulted", "mirror": "Mirror"}
-_DASH_S = 2.5
 _PAINTS: dict[str, Rgb] = {"faulted": FAULTED, "mirror": MIRROR}
 
 
@@ -63,8 +61,7 @@ class Drawing:
     def draw(self, faulted: Poses, mirror: Poses, onset_s: float | None) -> None:
         """Draw both flights so far; ``onset_s`` None or outside them draws no mark."""
         origin_ft = float(mirror.values[0, 2])
-        lowest_ft = min(faulted.values[:, 2].min(), mirror.values[:, 2].min())
-        floor_ft = geometry.floor_ft(float(lowest_ft))
+        floor_ft = geometry.floor_ft(geometry.lowest_ft(faulted, mirror))
         self._floor_km = drawn_height(floor_ft, origin_ft).item()
         for name, poses in (("mirror", mirror), ("faulted", faulted)):
             points = drawn_positions(poses.thinned(_DRAWN_POINTS), origin_ft)
@@ -72,7 +69,7 @@ class Drawing:
             self._segments(f"/{name}/shadow", geometry.segments(shadow), self._faint(name), 2.0)
             if name == "faulted":
                 self._segments("/faulted/path", geometry.segments(points), FAULTED, 3.0)
-        self._segments("/mirror/path", self._dashes(mirror, origin_ft), MIRROR, 5.0)
+        self._segments("/mirror/path", geometry.dashes(mirror, origin_ft), MIRROR, 5.0)
         self._gap(faulted, mirror, origin_ft)
         self._ground(mirror, floor_ft)
         if onset_s is not None and onset_s <= faulted.time_s[-1]:
@@ -118,14 +115,6 @@ class Drawing:
         mixed = 0.35 * np.array(_PAINTS[name]) + 0.65 * np.array(ground)
         return int(mixed[0]), int(mixed[1]), int(mixed[2])
 
-    def _dashes(self, mirror: Poses, origin_ft: float) -> Array:
-        """The mirror's path, dashed: both paths stay visible where they coincide."""
-        last_s = float(mirror.time_s[-1])
-        starts = np.arange(0.0, last_s, 2.0 * _DASH_S * np.ceil(last_s / 300.0))
-        length_s = _DASH_S * np.ceil(last_s / 300.0)
-        ends = [mirror.at(starts), mirror.at(np.minimum(starts + length_s, last_s))]
-        return np.stack([drawn_positions(end, origin_ft) for end in ends], axis=1)
-
     def _segments(self, name: str, segments: Array, colour: Rgb, width_px: float) -> None:
         """Line segments (n, 2, 3), added or updated in place."""
         if len(segments) == 0:
@@ -140,12 +129,7 @@ class Drawing:
 
     def _gap(self, faulted: Poses, mirror: Poses, origin_ft: float) -> None:
         """What the fault did: the surface between both flights at equal times, with rungs."""
-        last_s = float(mirror.time_s[-1])
-        times = np.linspace(0.0, last_s, 160)
-        vertices, faces = geometry.ribbon(
-            drawn_positions(faulted.at(times), origin_ft),
-            drawn_positions(mirror.at(times), origin_ft),
-        )
+        vertices, faces = geometry.gap(faulted, mirror, origin_ft)
         ribbon = self._ribbons.get("/gap")
         if ribbon is None:
             self._ribbons["/gap"] = self._scene.add_mesh_simple(
@@ -154,9 +138,8 @@ class Drawing:
             )  # fmt: skip
         else:
             ribbon.vertices = vertices.astype(np.float32)
-        rungs = np.arange(0.0, last_s, _RUNG_S * np.ceil(last_s / 300.0)) if last_s else times[:1]
-        ends = [drawn_positions(flight.at(rungs), origin_ft) for flight in (faulted, mirror)]
-        self._segments("/gap/rungs", np.stack(ends, axis=1), FAULTED, 1.0)
+        rungs = geometry.rungs(faulted, mirror, origin_ft)
+        self._segments("/gap/rungs", rungs, FAULTED, 1.0)
 
     def _ground(self, mirror: Poses, floor_ft: float) -> None:
         """Set the grid to its altitude and write the altitude on it, under the start."""

@@ -20,8 +20,6 @@ from core.jobs.events import Samples
 from core.twin.trajectory import Pair
 
 KEY_HEADER = "X-MirrorTwin-Key"
-_SPAN_OF_VIEW = 0.075
-"""Drawn wingspan over distance to the camera: at true scale the aircraft would be a pixel."""
 
 
 class ViserScene:
@@ -136,7 +134,7 @@ class ViserScene:
         assert self._faulted is not None and self._mirror is not None and self._camera is not None
         self._time_s = time_s
         origin_ft = float(self._mirror.values[0, 2])
-        wingspan_km = _SPAN_OF_VIEW * self._camera.distance
+        wingspan_km = geometry.wingspan_km(self._camera)
         self._drawing.place("mirror", self._mirror.at(time_s), origin_ft, wingspan_km)
         self._drawing.place("faulted", self._faulted.at(time_s), origin_ft, wingspan_km)
 

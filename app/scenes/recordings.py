@@ -1,0 +1,177 @@
+"""The recordings of all runs: streams while they are flown, files once they are stored.
+
+A live recording is a growing ``.rrd`` over plain HTTP, which Rerun's viewer shows as it grows. The
+run id in the address is what opens it, as it opens the run's page.
+"""
+
+import asyncio
+import threading
+import time
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import numpy as np
+from fastapi import FastAPI, Request, Response
+from fastapi.responses import FileResponse, StreamingResponse
+
+from app.scenes import geometry, rerun_viewer
+from app.scenes.geometry import Poses
+from app.scenes.recording import RunLog, write_recording
+from app.scenes.rerun_viewer import ANY_ORIGIN
+from core.diagnosis.diagnosis import Diagnosis
+from core.errors import StoreError
+from core.fmea.fault import Fault
+from core.jobs.events import Samples
+from core.jobs.records import valid_run_id
+from core.jobs.store import RunStore
+from core.twin.plan import Plan
+
+__all__ = ["Recording", "Recordings", "write_recording"]
+
+_MEDIA_TYPE = "application/octet-stream"
+_HEADERS = {**ANY_ORIGIN, "Cache-Control": "no-cache"}
+_POLL_S = 0.15
+_FLUSH_AFTER_S = 1.0
+"""Samples wait for company, since a chunk costs the same whatever is in it; but not longer."""
+
+
+class Recording:
+    """One live run's recording. Methods may be called from any thread, and take some 10 ms."""
+
+    def __init__(self, run_id: str, plan: Plan, fault: Fault) -> None:
+        """Begin with the plan and the fault."""
+        self._lock = threading.Lock()
+        self._log = RunLog(run_id)
+        self._plan, self._fault = plan, fault
+        self._chunks: list[bytes] = []
+        self._waiting: list[Samples] = []
+        self._faulted: Poses | None = None
+        self._mirror: Poses | None = None
+        self._marked = fault.mode == "nominal"
+        self._flushed_at = 0.0
+        self._finished = False
+
+    def extend(self, samples: Samples) -> None:
+        """Record the next samples. What a second attempt flies again is recorded only once."""
+        with self._lock:
+            newest_s = self._waiting[-1].time_s[-1] if self._waiting else self._recorded_until_s
+            if samples.time_s[-1] <= newest_s:
+                return
+            self._waiting.append(samples)
+            span_s = float(samples.time_s[-1]) - self._recorded_until_s
+            overdue = time.monotonic() - self._flushed_at > _FLUSH_AFTER_S
+            if overdue or span_s >= max(10.0, self._plan.duration_s / 60.0):
+                self._flush()
+
+    def finish(self, diagnosis: Diagnosis | None) -> None:
+        """Record what still waits and the verdict; whoever reads the stream comes to its end."""
+        with self._lock:
+            if self._waiting:
+                self._flush()
+            if diagnosis is not None:
+                self._log.describe(self._plan, self._fault, diagnosis)
+                self._chunks.append(self._log.read())
+            self._finished = True
+
+    async def stream(self) -> AsyncIterator[bytes]:
+        """All bytes from the beginning, then the new ones as they come, until it is finished."""
+        sent = 0
+        while True:
+            finished = self._finished  # before looking for chunks, so that none is missed
+            for chunk in self._chunks[sent:]:
+                sent += 1
+                yield chunk
+            if finished:
+                return
+            # Polling: a wake-up from other threads would save nobody anything at this rate.
+            await asyncio.sleep(_POLL_S)
+
+    @property
+    def finished(self) -> bool:
+        """Whether `finish` has been called."""
+        return self._finished
+
+    @property
+    def _recorded_until_s(self) -> float:
+        return -1.0 if self._mirror is None else float(self._mirror.time_s[-1])
+
+    def _flush(self) -> None:
+        """Encode what waits as one chunk an entity."""
+        batch, self._waiting = self._waiting, []
+        time_s = np.concatenate([samples.time_s for samples in batch])
+        new = time_s > self._recorded_until_s
+        time_s = time_s[new]
+        faulted, mirror, faulted_states, mirror_states = (
+            np.concatenate([getattr(samples, name) for samples in batch])[new]
+            for name in ("faulted", "mirror", "faulted_states", "mirror_states")
+        )
+        new_faulted, new_mirror = Poses.of(time_s, faulted_states), Poses.of(time_s, mirror_states)
+        if self._faulted is None or self._mirror is None:
+            self._begin(new_faulted, new_mirror)
+            self._faulted, self._mirror = new_faulted, new_mirror
+        else:
+            self._faulted = self._faulted.joined(new_faulted)
+            self._mirror = self._mirror.joined(new_mirror)
+        self._log.channels(time_s, faulted, mirror)
+        self._log.residuals(time_s, faulted, mirror)
+        self._log.poses(new_faulted, new_mirror)
+        self._log.paths(self._faulted, self._mirror, growing=True)
+        if not self._marked and time_s[-1] >= self._fault.onset_s:
+            self._log.onset(self._faulted.at(self._fault.onset_s))
+            self._marked = True
+        self._chunks.append(self._log.read())
+        self._flushed_at = time.monotonic()
+
+    def _begin(self, faulted: Poses, mirror: Poses) -> None:
+        lowest_ft = geometry.lowest_ft(faulted, mirror)
+        self._log.begin(mirror.at(0.0), self._plan.duration_s, lowest_ft)
+        self._log.describe(self._plan, self._fault, None)
+
+
+class Recordings:
+    """The recordings of a run store: the live ones, and those in its files."""
+
+    def __init__(self, store: RunStore) -> None:
+        """Start with none live."""
+        self._store = store
+        self._live: dict[str, Recording] = {}
+
+    def open(self, run_id: str) -> Recording:
+        """Begin to record a run, afresh if it has been before; raises `StoreError`.
+
+        What the last runs left that were never stored, failed or cancelled, is let go of here.
+        """
+        record = self._store.get(run_id)
+        for name, recording in list(self._live.items()):
+            if recording.finished:
+                del self._live[name]
+        self._live[run_id] = Recording(run_id, record.plan, record.fault)
+        return self._live[run_id]
+
+    def mount(self, app: FastAPI) -> None:
+        """Add ``/recordings/{run_id}.rrd`` and the viewer's page. Before any catch-all route."""
+        rerun_viewer.mount(app)
+
+        @app.api_route("/recordings/{run_id}.rrd", methods=["GET", "HEAD"], include_in_schema=False)
+        async def recording(run_id: str, request: Request) -> Response:
+            live = self._live.get(run_id)
+            path = None
+            if live is None or live.finished:
+                path = await asyncio.to_thread(self._stored, run_id)
+            if path is not None:
+                return FileResponse(path, media_type=_MEDIA_TYPE, headers=_HEADERS)
+            if live is None:
+                return Response("No such recording.", 404, ANY_ORIGIN, "text/plain")
+            if request.method == "HEAD":
+                return Response(media_type=_MEDIA_TYPE, headers=_HEADERS)
+            return StreamingResponse(live.stream(), media_type=_MEDIA_TYPE, headers=_HEADERS)
+
+    def _stored(self, run_id: str) -> Path | None:
+        """The run's file, if it has one."""
+        if not valid_run_id(run_id):
+            return None
+        try:
+            path = self._store.recording_path(run_id)
+        except StoreError:
+            return None
+        return path if path.is_file() else None

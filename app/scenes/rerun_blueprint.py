@@ -1,0 +1,109 @@
+"""How the Rerun viewer lays a recording out: the flight in 3D, the channels, the residuals."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import groupby
+
+import rerun as rr
+import rerun.blueprint as rrb
+
+from app.scenes.geometry import VERTICAL_SCALE, Camera
+from core.channels import CHANNELS, Channel, Subsystem
+
+TIMELINE = "t"
+_TAB_ORDER: tuple[Subsystem, ...] = ("engine", "oil", "fuel", "electrical", "flight")
+
+
+@dataclass(frozen=True, slots=True)
+class Plot:
+    """Channels that share an axis: one wide entity. ``columns`` are their places in the table."""
+
+    path: str
+    title: str
+    subsystem: Subsystem
+    channels: tuple[Channel, ...]
+    columns: tuple[int, ...]
+
+
+def _plots() -> tuple[Plot, ...]:
+    """One plot for channels that lie together in the table and share unit and gauge span."""
+
+    def axis(item: tuple[int, Channel]) -> tuple[str, str, float]:
+        return item[1].subsystem, item[1].unit, item[1].full_scale
+
+    plots = []
+    for _, group in groupby(enumerate(CHANNELS), key=axis):
+        columns, channels = zip(*group, strict=True)
+        first = channels[0]
+        label = first.label.rstrip(" 0123456789") if len(channels) > 2 else " and ".join(
+            [first.label, *(channel.label.lower() for channel in channels[1:])]
+        )  # fmt: skip
+        unit = first.unit.replace("deg", "\N{DEGREE SIGN}")
+        path = "/channels/" + "_".join(channel.name.split()[-1] for channel in channels)
+        plots.append(Plot(path, f"{label}, {unit}", first.subsystem, channels, columns))
+    return tuple(plots)
+
+
+PLOTS = _plots()
+
+
+def blueprint(camera: Camera, floor_km: float, duration_s: float) -> rrb.Blueprint:
+    """The layout, with the camera, the ground and the length of one flight."""
+    whole = rr.TimeRange(
+        start=rr.TimeRangeBoundary.absolute(seconds=0.0),
+        end=rr.TimeRangeBoundary.absolute(seconds=duration_s),
+    )
+    time_axis = rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal, view_range=whole)
+    scene = rrb.Spatial3DView(
+        origin="/scene",
+        name=f"Flight path, grid 1 km, heights x{VERTICAL_SCALE:g}",
+        line_grid=rrb.LineGrid3D(
+            visible=True,
+            spacing=1.0,
+            plane=rr.components.Plane3D.XY.with_distance(floor_km),
+            stroke_width=1.0,
+            color=(128, 138, 150, 110),
+        ),
+        eye_controls=rrb.EyeControls3D(
+            kind=rrb.Eye3DKind.Orbital,
+            position=camera.position,
+            look_target=camera.look_at,
+            eye_up=(0.0, 0.0, 1.0),
+        ),
+    )
+    notes = rrb.TextDocumentView(origin="/run", name="Run")
+    residuals = rrb.TimeSeriesView(
+        origin="/residuals",
+        name="Residuals, faulted minus mirror, % of gauge span",
+        axis_x=time_axis,
+        plot_legend=rrb.PlotLegend(visible=False),
+    )
+    return rrb.Blueprint(
+        rrb.Horizontal(
+            rrb.Vertical(rrb.Tabs(scene, notes), residuals, row_shares=[5, 2]),
+            rrb.Tabs(*_tabs(time_axis), active_tab=0),
+            column_shares=[3, 2],
+        ),
+        rrb.TopPanel(state="hidden"),
+        rrb.BlueprintPanel(state="hidden"),
+        rrb.SelectionPanel(state="hidden"),
+        rrb.TimePanel(state="collapsed", timeline=TIMELINE, play_state="following"),
+        auto_layout=False,
+        auto_views=False,
+    )
+
+
+def _tabs(time_axis: rrb.TimeAxis) -> Iterable[rrb.Vertical]:
+    """A tab a subsystem; a legend only where colours tell cylinders or sides apart."""
+    for subsystem in _TAB_ORDER:
+        views = [
+            rrb.TimeSeriesView(
+                origin=plot.path,
+                name=plot.title,
+                axis_x=time_axis,
+                plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftBottom, visible=len(plot.channels) > 1),
+            )
+            for plot in PLOTS
+            if plot.subsystem == subsystem
+        ]
+        yield rrb.Vertical(*views, name=subsystem.capitalize())
