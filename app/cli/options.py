@@ -4,17 +4,27 @@ import argparse
 import difflib
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from core.errors import InputError
 from core.fmea.catalogue import catalogue
 from core.fmea.fault import Fault
 from core.twin.plan import PLAN_RANGES, Plan, load_plan
 
-_PLAN_OPTIONS: tuple[tuple[str, str, str, str], ...] = (
+_Option = tuple[str, str, str, str]
+"""How it is typed, its unit, the field it sets, and what that is."""
+
+_PLAN_OPTIONS: tuple[_Option, ...] = (
     ("--altitude", "FT", "altitude_ft", "altitude to hold"),
     ("--speed", "KT", "speed_kt", "indicated airspeed to hold"),
     ("--heading", "DEG", "heading_deg", "heading to hold"),
     ("--duration", "S", "duration_s", "length of the flight"),
+)
+_WEATHER_OPTIONS: tuple[_Option, ...] = (
+    ("--isa", "DEGC", "isa_deviation_degc", "air warmer than the standard day by"),
+    ("--wind", "KT", "wind_kt", "steady wind"),
+    ("--wind-from", "DEG", "wind_from_deg", "where the wind comes from"),
+    ("--turbulence", "LEVEL", "turbulence", "from calm to moderate, whole numbers"),
 )
 
 
@@ -30,7 +40,7 @@ def add_plan_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument("--seed", type=int, metavar="N", help="what chance decides (default 0)")
     group.add_argument("--plan", type=Path, metavar="FILE", help="a plan as TOML")
-    for option, metavar, field, text in _PLAN_OPTIONS:
+    for option, metavar, field, text in _PLAN_OPTIONS + _WEATHER_OPTIONS:
         group.add_argument(
             option, dest=field, type=float, metavar=metavar, help=f"{text}: {_range(field)}"
         )
@@ -39,17 +49,23 @@ def add_plan_options(parser: argparse.ArgumentParser) -> None:
         choices=("fixed", "speed_hold"),
         help="leave the throttle where it holds the speed in health, or keep closing that loop",
     )
+    group.add_argument(
+        "--conditions",
+        choices=("lab", "field"),
+        help="the mirror shares air and noise (lab, as in the paper), or knows them only roughly",
+    )
 
 
 def requested_plan(args: argparse.Namespace) -> Plan:
     """The plan that the options ask for; raises `InputError` naming the field that cannot be."""
     plan = load_plan(args.plan) if args.plan else Plan.sampled(args.seed or 0)
-    chosen = {
-        name: getattr(args, name)
-        for name in ("seed", "power", *(field for _, _, field, _ in _PLAN_OPTIONS))
-        if getattr(args, name) is not None
-    }
-    return replace(plan, **chosen)
+    names = ("seed", "power", "conditions", *(field for _, _, field, _ in _PLAN_OPTIONS))
+    weather = _given(args, tuple(field for _, _, field, _ in _WEATHER_OPTIONS))
+    return replace(plan, **_given(args, names), weather=replace(plan.weather, **weather))
+
+
+def _given(args: argparse.Namespace, names: tuple[str, ...]) -> dict[str, Any]:
+    return {name: getattr(args, name) for name in names if getattr(args, name) is not None}
 
 
 def add_fault_options(parser: argparse.ArgumentParser) -> None:

@@ -37,7 +37,8 @@ a plan file holds any of these lines, the rest keeps its default:
   duration_s = 600
   seed = 7
   [weather]
-  isa_deviation_degc = 15
+  wind_kt = 12
+  wind_from_deg = 240
 """
 
 

@@ -96,11 +96,17 @@ def test_halves_of_two_flights_are_refused(flights, mirrortwin, tmp_path):
 
 
 def test_options_win_over_the_plan_file(mirrortwin, tmp_path):
-    (tmp_path / "plan.toml").write_text("altitude_ft = 5200\nspeed_kt = 95\nduration_s = 60\n")
-    done = mirrortwin("simulate", "--plan", "plan.toml", "--speed", "105", "--out", "OUT", "--json")
+    (tmp_path / "plan.toml").write_text(
+        "altitude_ft = 5200\nspeed_kt = 95\nduration_s = 60\n[weather]\nwind_kt = 9\n"
+    )
+    changed = ("--speed", "105", "--isa", "12", "--conditions", "field")
+    done = mirrortwin("simulate", "--plan", "plan.toml", *changed, "--out", "OUT", "--json")
     assert done.returncode == 0, done.stderr
     told = json.loads(done.stdout)
     assert (told["plan"]["altitude_ft"], told["plan"]["speed_kt"]) == (5200.0, 105.0)
+    assert told["plan"]["weather"]["wind_kt"] == 9.0
+    assert told["plan"]["weather"]["isa_deviation_degc"] == 12.0
+    assert told["plan"]["conditions"] == "field"
     assert told["samples"] == 3000
     assert sorted(Path(path).name for path in told["files"]) == sorted(
         path.name for path in (tmp_path / "out").iterdir()
