@@ -1,0 +1,262 @@
+"""From the engine to the browser: which page shows which run, and the stream that feeds it.
+
+A page load is a session, named by an unguessable id. While the page is open, one Dash WebSocket
+callback (`Session.attend`) serves it: it follows the run that the page's address names, and begins
+anew whenever that changes. A session only ever sends what its own run emits, to its own socket.
+"""
+
+import asyncio
+import logging
+import re
+import secrets
+from collections.abc import AsyncIterator, Iterable
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import Any
+
+from dash.backends.ws import DashWebsocketCallback
+from dash.exceptions import WebsocketDisconnected
+
+from app.pages.run_view import RunView, Update, alert, idle, reported
+from app.scenes.viser_proxy import ViserScenes
+from app.scenes.viser_scene import ViserScene
+from core.errors import InputError, MirrorTwinError
+from core.jobs import events
+from core.jobs.engine import Engine
+from core.jobs.feed import Subscription
+from core.jobs.store import RunStore
+
+logger = logging.getLogger(__name__)
+
+UNEXPECTED = "The server met an error it did not expect; its log says more. Reload to try again."
+
+FRAME_S = 0.2
+"""Pages are updated at 5 Hz at most; what comes faster is sent together."""
+
+ACK_TIMEOUT_S = 20.0
+"""A page that has not taken a frame for so long is gone, or as good as gone."""
+
+HEARTBEAT_S = 60.0
+"""How often a quiet page is asked whether it is still there."""
+
+LINGER_S = 60.0
+"""How long a session outlives its socket: a page may come back from a lost connection."""
+
+_SESSION = re.compile(r"[A-Za-z0-9_-]{22}")
+
+
+class PageGoneError(Exception):
+    """The browser page has been closed, or does not answer any more."""
+
+
+def new_session_id() -> str:
+    """A name for one page load, which nobody else can guess."""
+    return secrets.token_urlsafe(16)
+
+
+@dataclass(frozen=True, slots=True)
+class Page:
+    """The adapter to one browser page, over the socket of one Dash callback."""
+
+    socket: DashWebsocketCallback
+
+    async def send(self, updates: Iterable[Update]) -> Any:
+        """Set properties, and return what the tiles hold once the page has answered.
+
+        Of several values for one property the last is sent. The round trip is what holds a fast
+        run back to the pace of a slow page: Dash itself queues without a bound. Raises
+        `PageGoneError`.
+        """
+        # Turning figures into JSON takes milliseconds each: not on the event loop.
+        await asyncio.to_thread(self._queue, updates)
+        try:
+            return await self.socket.get_prop("taken", "data", timeout=ACK_TIMEOUT_S)
+        except (TimeoutError, WebsocketDisconnected):
+            raise PageGoneError from None
+
+    def _queue(self, updates: Iterable[Update]) -> None:
+        latest = {(item.component_id, item.prop): item.value for item in updates}
+        for (component_id, prop), value in latest.items():
+            self.socket.set_prop_sync(component_id, prop, value)
+
+
+async def frames(
+    subscription: Subscription, period_s: float = FRAME_S
+) -> AsyncIterator[list[events.Event]]:
+    """The events of a run in batches: the first at once, then one a period at most.
+
+    Whatever arrives while the consumer is busy waits for the next batch; none is dropped.
+    """
+    loop = asyncio.get_running_loop()
+    next_frame_s = loop.time()
+    async for event in subscription:
+        if not isinstance(event, events.FinalEvent):
+            await asyncio.sleep(next_frame_s - loop.time())
+        batch = [event]
+        while (more := subscription.get(timeout=0)) is not None:
+            batch.append(more)
+        next_frame_s = loop.time() + period_s
+        yield batch
+
+
+@dataclass(slots=True)
+class Session:
+    """One page load: the run it shows, its 3D scene, the callback that serves it."""
+
+    id: str
+    engine: Engine
+    store: RunStore
+    scenes: ViserScenes
+    run_id: str | None = None
+    dark: bool = False
+    _is_clear: bool = True
+    _fill_form: bool = True
+    _turned: asyncio.Event = field(default_factory=asyncio.Event)
+    _attendant: asyncio.Task[None] | None = None
+
+    def show(
+        self, run_id: str | None, *, again: bool = False, form_is_current: bool = False
+    ) -> None:
+        """Turn the page to a run, from its first event; None empties the page.
+
+        A run that is already shown goes on undisturbed, unless it is to be shown ``again``. The
+        form is filled with the run's settings, unless it is known to hold them.
+        """
+        if again or run_id != self.run_id:
+            self.run_id = run_id
+            self._fill_form = not form_is_current
+            self._turned.set()
+
+    def clear(self) -> None:
+        """Note that the page is being laid out anew: nothing stands on it, and nothing is shown."""
+        self._is_clear = True
+        self.show(None, again=True)
+
+    @property
+    def attended(self) -> bool:
+        """Whether a page is being served now."""
+        return self._attendant is not None and not self._attendant.done()
+
+    def scene(self) -> ViserScene:
+        """The session's own viser scene, opened on first use."""
+        scene = self.scenes.open(self.id)
+        scene.dark = self.dark
+        return scene
+
+    async def attend(self, page: Page) -> None:
+        """Serve the page until it is gone, taking over from an earlier socket of this session."""
+        if self._attendant is not None:
+            self._attendant.cancel()
+        self._attendant = asyncio.current_task()
+        with suppress(PageGoneError):
+            while True:
+                self._turned.clear()
+                stream = asyncio.create_task(self._stream(page, self.run_id))
+                try:
+                    await self._until_turned(page, stream)
+                finally:
+                    stream.cancel()
+                    await asyncio.gather(stream, return_exceptions=True)
+
+    async def _until_turned(self, page: Page, stream: asyncio.Task[None]) -> None:
+        """Wait for another run to be asked for; raise `PageGoneError` once the page is gone."""
+        turned = asyncio.create_task(self._turned.wait())
+        try:
+            await asyncio.wait({turned, stream}, return_when=asyncio.FIRST_COMPLETED)
+            if not turned.done():
+                await stream  # raises what it raised
+            while not turned.done():
+                await asyncio.wait({turned}, timeout=HEARTBEAT_S)
+                if not turned.done():
+                    await page.send(())
+        finally:
+            turned.cancel()
+
+    async def _stream(self, page: Page, run_id: str | None) -> None:
+        """Show one run from where it stands to its end; errors become an alert on the page."""
+        try:
+            if run_id is not None:
+                self._is_clear = False
+                await self._show_run(page, run_id)
+            elif not self._is_clear:
+                self._is_clear = True
+                self.scene().reset()
+                await page.send(idle())
+        except MirrorTwinError as error:
+            await page.send([alert("error", "This run cannot be shown", str(error))])
+        except PageGoneError:
+            raise
+        except Exception:
+            logger.exception("showing run %s failed", run_id)
+            await page.send([alert("error", "Something went wrong", UNEXPECTED)])
+
+    async def _show_run(self, page: Page, run_id: str) -> None:
+        record = await asyncio.to_thread(self.store.get, run_id)
+        view = RunView(record)
+        scene = self.scene()
+        scene.reset(view.duration_s, view.onset_s)
+        subscription = self.engine.subscribe(run_id)
+        opening = view.opening(fill_form=self._fill_form)
+        seen: set[type[events.Event]] = set()
+        try:
+            async for batch in frames(subscription):
+                seen.update(type(event) for event in batch)
+                for event in batch:
+                    if isinstance(event, events.Samples):
+                        await asyncio.to_thread(scene.extend, event)
+                updates = await asyncio.to_thread(view.changes, batch)
+                view.taken = await page.send([*opening, *updates])
+                opening = []
+        finally:
+            subscription.close()
+        if events.Finished in seen:
+            await self._show_whole(page, view, scene, with_result=events.Diagnosed not in seen)
+
+    async def _show_whole(
+        self, page: Page, view: RunView, scene: ViserScene, *, with_result: bool
+    ) -> None:
+        """The finished run at full rate, from the store."""
+        run_id = view.record.id
+        if with_result:
+            diagnosis, report = await asyncio.to_thread(self.store.load_result, run_id)
+            await page.send([*view.diagnosed(diagnosis), *reported(report)])
+        pair = await asyncio.to_thread(self.store.load_pair, run_id)
+        await page.send(await asyncio.to_thread(view.whole, pair))
+        await asyncio.to_thread(scene.show, pair, view.onset_s)
+
+
+class Sessions:
+    """The page loads that this server knows."""
+
+    def __init__(self, engine: Engine, store: RunStore, scenes: ViserScenes) -> None:
+        """Start with none."""
+        self._engine, self._store, self._scenes = engine, store, scenes
+        self._sessions: dict[str, Session] = {}
+
+    def get(self, session_id: str) -> Session:
+        """The session of that id, made if need be; raises `InputError` for no possible id.
+
+        An id that this process did not give is welcome: its page has outlived a server restart.
+        """
+        if not isinstance(session_id, str) or not _SESSION.fullmatch(session_id):
+            raise InputError("session", "is not one that this server gives")
+        if session_id not in self._sessions:
+            self._sessions[session_id] = Session(
+                session_id, self._engine, self._store, self._scenes
+            )
+        return self._sessions[session_id]
+
+    async def attend(self, session_id: str, run_id: str | None, page: Page) -> None:
+        """Serve a page until it is gone, then let go of what it held."""
+        session = self.get(session_id)
+        if run_id is not None:
+            session.run_id = run_id
+        try:
+            await session.attend(page)
+        finally:
+            asyncio.get_running_loop().call_later(LINGER_S, self._let_go, session)
+
+    def _let_go(self, session: Session) -> None:
+        if not session.attended:
+            self._sessions.pop(session.id, None)
+            self._scenes.close(session.id)

@@ -1,0 +1,250 @@
+"""The page *Fly*: what stands where. `run_view` fills it, `fly_callbacks` wires it."""
+
+from itertools import groupby
+from typing import Any
+from urllib.parse import urlencode
+
+import dash_mantine_components as dmc
+import numpy as np
+from dash import dcc, html
+
+from app.pages.attributes import attributes
+from app.pages.setup import DEFAULT_FAULT, DEFAULT_PLAN, setup_panel
+from app.panels.probabilities import probability_figure
+from app.panels.residuals import heat_strip
+from app.panels.sensors import cleared, tile_specs, unit_label
+from core.channels import CHANNELS, N_CHANNELS, Channel
+from core.fmea.catalogue import catalogue
+
+GRAPH_CONFIG: Any = {"displayModeBar": False, "doubleClick": "reset+autosize"}
+
+PROBABILITIES_ID = "probabilities"
+STRIP_ID = "residual-strip"
+
+SUBSYSTEM_ORDER = ("engine", "fuel", "oil", "electrical", "flight")
+
+REPORT_HINT = (
+    "Conclusion, mechanism, evidence cross-check, differential diagnosis and maintenance appear "
+    "here once the flight is diagnosed."
+)
+RANKING_HINT = (
+    "The classifier reads the last 30 s of residuals every 5 s. Its first answer comes half a "
+    "minute into the flight."
+)
+
+
+def tile_id(index: int) -> str:
+    """Element id of the charts of a channel, which ``assets/tiles.js`` draws."""
+    return f"tile-{index}"
+
+
+def readout_id(index: int) -> str:
+    """Element id of the number in the head of a channel's tile."""
+    return f"readout-{index}"
+
+
+def layout() -> html.Div:
+    """The whole page, before any run."""
+    return html.Div(
+        [
+            html.Aside(setup_panel(), className="area-setup"),
+            html.Div(_run_bar(), className="area-bar"),
+            html.Div(_scene_panel(), className="area-scene"),
+            html.Div([_diagnosis_panel(), _report_panel()], className="area-verdict"),
+            html.Div(_channel_panels(), className="area-charts"),
+            dcc.Store(id="tile-specs", data=tile_specs()),
+            dcc.Store(id="flight", data=cleared("", DEFAULT_PLAN.duration_s, None)),
+        ],
+        id="fly",
+        className="fly",
+        **attributes(data_status="idle"),
+    )
+
+
+def idle_figures() -> dict[str, Any]:
+    """Each Plotly figure of the page as it rests before a flight: axes, no lines."""
+    nothing = np.empty(0, dtype=np.float32)
+    rest: dict[str, Any] = {"duration_s": DEFAULT_PLAN.duration_s, "onset_s": None}
+    names = {mode.id: mode.name for mode in catalogue().values()}
+    return {
+        STRIP_ID: heat_strip(nothing, np.empty((0, N_CHANNELS)), **rest),
+        PROBABILITIES_ID: probability_figure(names, nothing, np.empty((0, len(names))), (), **rest),
+    }
+
+
+def live_frame(session_id: str) -> html.Iframe:
+    """The session's viser scene. It must stay same-origin: viser cannot connect from a sandbox."""
+    return html.Iframe(
+        src=f"/viser/{session_id}/",
+        title="Both aircraft in 3D: drag to turn, scroll to zoom",
+    )
+
+
+def replay_frame(run_id: str | None, *, dark: bool) -> html.Iframe | html.P:
+    """The run's recording in the Rerun viewer; sandboxed, so that it has a process of its own."""
+    if run_id is None:
+        return html.P("Fly a run first: its recording opens here.", className="note centred")
+    query = urlencode({"url": f"/recordings/{run_id}.rrd", "theme": "dark" if dark else "light"})
+    return html.Iframe(
+        src=f"/rerun/viewer.html?{query}",
+        title="Recording of the run in the Rerun viewer",
+        sandbox="allow-scripts",
+    )
+
+
+def _run_bar() -> html.Section:
+    """Which run this is, how far it has come, and what can be done with it."""
+    return html.Section(
+        [
+            html.Div(
+                [
+                    html.Div(
+                        [
+                            html.H1("No flight yet", id="run-title"),
+                            html.P(idle_hint(), id="run-subtitle", className="note"),
+                        ],
+                        className="run-name",
+                    ),
+                    html.Span("Ready", id="run-status", className="badge"),
+                    dmc.Button("Cancel", id="cancel", size="xs", variant="default", display="none"),
+                    dmc.Button(
+                        "Run again", id="again", size="xs", variant="default", display="none"
+                    ),
+                    dmc.Button("Retry", id="retry", size="xs", variant="default", display="none"),
+                ],
+                className="run-head",
+            ),
+            html.Div(
+                [
+                    dmc.Progress(id="progress", value=0, size="xs", transitionDuration=150,
+                                 **attributes(aria_label="Progress of the run")),
+                    html.Span("", id="stage", className="note mono", role="status"),
+                ],
+                className="run-progress",
+            ),
+            html.Div(id="alert"),
+        ],
+        className="panel run-bar",
+        **attributes(aria_label="Run"),
+    )  # fmt: skip
+
+
+def idle_hint() -> str:
+    """What one click on Run would do."""
+    name = catalogue()[DEFAULT_FAULT.mode].name
+    return (
+        "Two aircraft fly the same plan, one of them with a fault. "
+        f"Press Run to break this one: {name.lower()}, severity {DEFAULT_FAULT.severity:g}."
+    )
+
+
+def _scene_panel() -> html.Section:
+    return html.Section(
+        [
+            html.Div(
+                [
+                    html.H2("Flight path", className="panel-title"),
+                    _legend(),
+                    dmc.SegmentedControl(
+                        id="scene-tab",
+                        data=[
+                            {"value": "live", "label": "Live"},
+                            {"value": "replay", "label": "Replay"},
+                        ],
+                        value="live",
+                        size="xs",
+                    ),
+                ],
+                className="panel-head",
+            ),
+            html.Div(id="scene", className="scene"),
+        ],
+        className="panel",
+        **attributes(aria_label="Flight path in 3D"),
+    )
+
+
+def _legend() -> html.Div:
+    return html.Div(
+        [
+            html.Span([html.I(className="key faulted"), "faulted"]),
+            html.Span([html.I(className="key mirror"), "mirror"]),
+            html.Span([html.I(className="key residual"), "residual"]),
+            html.Span([html.I(className="key onset"), "onset"]),
+        ],
+        className="legend",
+    )
+
+
+def _diagnosis_panel() -> html.Section:
+    figures = idle_figures()
+    return html.Section(
+        [
+            html.H2("Diagnosis", className="panel-title"),
+            html.Div(html.P(RANKING_HINT, className="note"), id="ranking"),
+            html.H3("Probability of each class", className="chart-title"),
+            _graph(PROBABILITIES_ID, figures, "probability-chart"),
+            html.H3("Residuals in standard deviations of sensor noise", className="chart-title"),
+            _graph(STRIP_ID, figures, "strip-chart"),
+        ],
+        className="panel",
+        **attributes(aria_label="Diagnosis"),
+    )
+
+
+def _report_panel() -> html.Section:
+    return html.Section(
+        [
+            html.H2("Report", className="panel-title"),
+            # Markdown only: raw HTML in a report is shown as text.
+            dcc.Markdown(REPORT_HINT, id="report", className="report", link_target="_blank"),
+        ],
+        className="panel",
+        **attributes(aria_label="Report"),
+    )
+
+
+def _channel_panels() -> list[html.Section]:
+    """The 23 tiles, grouped by subsystem."""
+    numbered = sorted(
+        enumerate(CHANNELS), key=lambda item: SUBSYSTEM_ORDER.index(item[1].subsystem)
+    )
+    return [
+        html.Section(
+            [
+                html.H2(subsystem.capitalize(), className="panel-title"),
+                html.Div(
+                    [_tile(index, channel) for index, channel in group],
+                    className=f"tiles tiles-{subsystem}",
+                ),
+            ],
+            className="panel",
+            **attributes(aria_label=f"{subsystem.capitalize()} sensors and residuals"),
+        )
+        for subsystem, group in groupby(numbered, key=lambda item: item[1].subsystem)
+    ]
+
+
+def _tile(index: int, channel: Channel) -> html.Figure:
+    return html.Figure(
+        [
+            html.Figcaption(
+                [
+                    html.Span(channel.label, className="tile-name"),
+                    html.Output("", id=readout_id(index), className="tile-readout mono"),
+                    html.Span(unit_label(channel.unit), className="tile-unit"),
+                ]
+            ),
+            html.Div(id=tile_id(index), className="tile-chart"),
+        ],
+        className="tile",
+        **attributes(aria_label=f"{channel.label}, {unit_label(channel.unit)}, against time"),
+    )
+
+
+def _graph(component_id: str, figures: dict[str, Any], class_name: str) -> html.Div:
+    # A responsive graph fills its parent, which therefore has the height.
+    graph = dcc.Graph(
+        id=component_id, figure=figures[component_id], config=GRAPH_CONFIG, responsive=True
+    )
+    return html.Div(graph, className=class_name)

@@ -1,0 +1,322 @@
+"""One run as the page shows it: events in, property updates out. Nothing is sent from here."""
+
+import secrets
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+import dash_mantine_components as dmc
+import numpy as np
+from dash import html
+
+from app.pages import fly
+from app.pages.setup import DEFAULT_PLAN, error_id, field_id, form_values, takes_cylinder
+from app.panels.axes import Array, clock
+from app.panels.probabilities import class_colours, leaders, probability_figure
+from app.panels.residuals import heat_strip
+from app.panels.sensors import cleared, extended, whole
+from core.diagnosis.diagnosis import Diagnosis
+from core.fmea.catalogue import catalogue
+from core.jobs import events
+from core.jobs.records import RunRecord, Status
+from core.report.report import Report
+from core.twin.trajectory import Pair
+
+LIVE_POINTS = 1500
+"""Samples a line is streamed with, whatever the length of the flight; all of 300 s at 5 Hz."""
+
+STREAM_HZ = 5.0
+
+STAGES: dict[events.Stage, str] = {
+    "waiting": "Waiting for a worker",
+    "flying": "Flying",
+    "diagnosing": "Diagnosing",
+    "reporting": "Writing the report",
+    "storing": "Storing",
+}
+
+STATUS_WORDS: dict[Status, str] = {
+    "queued": "Queued",
+    "running": "Flying",
+    "done": "Done",
+    "failed": "Failed",
+    "cancelled": "Cancelled",
+}
+
+
+class Update(NamedTuple):
+    """One property of one component of the page, to be set."""
+
+    component_id: str
+    prop: str
+    value: Any
+
+
+def idle() -> list[Update]:
+    """The page with no run on it."""
+    return [
+        *_status("idle", "Ready"),
+        *_buttons(live=False, finished=False, retryable=False),
+        Update("run-title", "children", "No flight yet"),
+        Update("run-subtitle", "children", fly.idle_hint()),
+        *_cleared(),
+        Update("flight", "data", cleared("", DEFAULT_PLAN.duration_s, None)),
+        *(Update(graph, "figure", figure) for graph, figure in fly.idle_figures().items()),
+    ]
+
+
+def alert(kind: str, title: str, message: str) -> Update:
+    """What the user must know, at the head of the run. ``kind`` is error or warning."""
+    colour = {"error": "red", "warning": "yellow"}[kind]
+    return Update(
+        "alert", "children", dmc.Alert(message, title=title, color=colour, variant="light", mt=10)
+    )
+
+
+def mode_name(mode: str) -> str:
+    """What people call a mode; its id where the catalogue has dropped it."""
+    modes = catalogue()
+    return modes[mode].name if mode in modes else mode
+
+
+def run_title(record: RunRecord) -> str:
+    """The fault of a run in a few words: what, where and how bad."""
+    fault = record.fault
+    if fault.mode == "nominal":
+        return mode_name(fault.mode)
+    where = f", cylinder {fault.target_cylinder}" if takes_cylinder(fault.mode) else ""
+    return f"{mode_name(fault.mode)}{where}, severity {fault.severity:.2f}"
+
+
+def run_subtitle(record: RunRecord) -> str:
+    """The plan of a run in one line, with units."""
+    plan, fault = record.plan, record.fault
+    onset = "" if fault.mode == "nominal" else f"onset {clock(fault.onset_s)}, "
+    return (
+        f"{onset}{plan.altitude_ft:,.0f} ft, {plan.speed_kt:.0f} kt, "
+        f"heading {plan.heading_deg:03.0f}°, {clock(plan.duration_s)} long, "
+        f"{plan.conditions}, seed {plan.seed}"
+    )
+
+
+class RunView:
+    """Keeps what a run has shown so far, and says what changes with each batch of events."""
+
+    def __init__(self, record: RunRecord) -> None:
+        """Begin with a run of which nothing has been shown."""
+        self.record = record
+        self.duration_s = record.plan.duration_s
+        self.onset_s = None if record.fault.mode == "nominal" else record.fault.onset_s
+        self._names = {mode.id: mode.name for mode in catalogue().values()}
+        self._stride = max(1, round(self.duration_s * STREAM_HZ / LIVE_POINTS))
+        self.taken: Any = None
+        """What the page last said that its tiles hold: ``{"key": ..., "count": ...}``."""
+        self._begin()
+
+    def _begin(self) -> None:
+        """Start with empty tiles, forgetting what an attempt that came to nothing has sent."""
+        self._tiles = cleared(secrets.token_hex(8), self.duration_s, self.onset_s)
+        self._samples: list[events.Samples] = []
+        self._windows: list[events.Probabilities] = []
+
+    def opening(self, *, fill_form: bool) -> list[Update]:
+        """The page as it turns to this run: its name, its settings in the form, empty panels."""
+        values = form_values(self.record.plan, self.record.fault) if fill_form else {}
+        return [
+            Update("run-title", "children", run_title(self.record)),
+            Update("run-subtitle", "children", run_subtitle(self.record)),
+            *_cleared(),
+            Update("flight", "data", self._tiles),
+            *self._state(self.record.status),
+            *(Update(field_id(name), "value", value) for name, value in values.items()),
+            *(Update(error_id(name), "error", None) for name in values),
+        ]
+
+    def changes(self, batch: Sequence[events.Event]) -> list[Update]:
+        """What a batch of events, in order, changes on the page."""
+        updates: list[Update] = []
+        flown, judged = False, False
+        for event in batch:
+            match event:
+                case events.Started(attempt=attempt):
+                    updates += self._started(attempt)
+                case events.Progress():
+                    updates += self._progress(event)
+                case events.Samples():
+                    self._samples.append(event)
+                    flown = True
+                case events.Probabilities():
+                    self._windows.append(event)
+                    judged = True
+                case events.Diagnosed(diagnosis=diagnosis):
+                    judged = False
+                    updates += self.diagnosed(diagnosis)
+                case events.Reported(report=report):
+                    updates += reported(report)
+                case events.Failed():
+                    updates += self._failed(event)
+                case events.Cancelled():
+                    updates += self._state("cancelled")
+                case events.Finished():
+                    updates += self._state("done")
+        if flown and self._samples:
+            updates += self._flown()
+        if judged and self._windows:
+            updates += self._judged()
+        return updates
+
+    def whole(self, pair: Pair) -> list[Update]:
+        """All charts of the finished flight, every spike of the 50 Hz data kept."""
+        strip = heat_strip(
+            pair.faulted.time_s, pair.residual, duration_s=self.duration_s, onset_s=self.onset_s
+        )
+        return [
+            Update("flight", "data", whole(self._tiles, pair)),
+            Update(fly.STRIP_ID, "figure", strip),
+        ]
+
+    def diagnosed(self, diagnosis: Diagnosis) -> list[Update]:
+        """The verdict: the ranking and the probabilities over the whole flight."""
+        names = {mode: self._names.get(mode, mode) for mode in diagnosis.classes}
+        return self._verdict(
+            names, diagnosis.time_s, diagnosis.probabilities_over_time, diagnosis.probabilities
+        )
+
+    def _flown(self) -> list[Update]:
+        """All samples that the page does not hold yet."""
+        time_s = np.concatenate([part.time_s for part in self._samples])
+        faulted = np.concatenate([part.faulted for part in self._samples])
+        mirror = np.concatenate([part.mirror for part in self._samples])
+        thin = slice(None, None, self._stride)
+        start = self._held()
+        tiles = extended(
+            self._tiles,
+            start,
+            time_s[thin][start:],
+            faulted[thin][start:],
+            mirror[thin][start:],
+        )
+        strip = heat_strip(
+            time_s, faulted - mirror, duration_s=self.duration_s, onset_s=self.onset_s
+        )
+        return [Update("flight", "data", tiles), Update(fly.STRIP_ID, "figure", strip)]
+
+    def _held(self) -> int:
+        """How many samples of this very flight the page has said to hold."""
+        if self.taken and self.taken["key"] == self._tiles["key"]:
+            return int(self.taken["count"])
+        return 0
+
+    def _judged(self) -> list[Update]:
+        """The probabilities so far."""
+        return self._verdict(
+            self._names,
+            np.array([window.time_s for window in self._windows]),
+            np.stack([window.probabilities for window in self._windows]),
+            self._windows[-1].probabilities,
+        )
+
+    def _verdict(
+        self, names: dict[str, str], time_s: Array, over_time: Array, now: Array
+    ) -> list[Update]:
+        ranking = leaders(tuple(names), now)
+        figure = probability_figure(
+            names, time_s, over_time, ranking, duration_s=self.duration_s, onset_s=self.onset_s
+        )
+        shares = dict(zip(names, map(float, now), strict=True))
+        return [
+            Update(fly.PROBABILITIES_ID, "figure", figure),
+            Update("ranking", "children", _ranking(names, ranking, shares)),
+        ]
+
+    def _progress(self, event: events.Progress) -> list[Update]:
+        words = STAGES[event.stage]
+        if event.stage == "flying" and self._samples:
+            words += f" {clock(float(self._samples[-1].time_s[-1]))} of {clock(self.duration_s)}"
+        return [
+            Update("progress", "value", round(100 * event.fraction, 1)),
+            Update("stage", "children", words),
+        ]
+
+    def _started(self, attempt: int) -> list[Update]:
+        self._begin()
+        updates = [*self._state("running"), Update("flight", "data", self._tiles)]
+        if attempt > 1:
+            again = f"Its worker died. The flight has begun again, attempt {attempt}."
+            updates.append(alert("warning", "Flying again", again))
+        return updates
+
+    def _failed(self, event: events.Failed) -> list[Update]:
+        return [
+            *self._state("failed", retryable=event.retryable),
+            alert("error", "The run failed", event.message),
+        ]
+
+    def _state(self, status: Status, *, retryable: bool = True) -> list[Update]:
+        live = status in ("queued", "running")
+        done = status == "done"
+        return [
+            *_status(status, STATUS_WORDS[status]),
+            *_buttons(live=live, finished=not live, retryable=status == "failed" and retryable),
+            *([] if live else [
+                Update("progress", "value", 100 if done else 0),
+                Update("stage", "children", clock(self.duration_s) if done else ""),
+            ]),
+        ]  # fmt: skip
+
+
+def reported(report: Report) -> list[Update]:
+    """The five sections as one Markdown text."""
+    return [Update("report", "children", report.markdown)]
+
+
+def _cleared() -> list[Update]:
+    return [
+        Update("alert", "children", None),
+        Update("progress", "value", 0),
+        Update("stage", "children", ""),
+        Update("ranking", "children", html.P(fly.RANKING_HINT, className="note")),
+        Update("report", "children", fly.REPORT_HINT),
+    ]
+
+
+def _status(status: str, words: str) -> list[Update]:
+    return [
+        Update("fly", "data-status", status),
+        Update("run-status", "children", words),
+    ]
+
+
+def _buttons(*, live: bool, finished: bool, retryable: bool) -> list[Update]:
+    shown = {"cancel": live, "again": finished and not retryable, "retry": retryable}
+    return [
+        Update("run", "disabled", live),
+        *(Update(name, "display", "block" if on else "none") for name, on in shown.items()),
+    ]
+
+
+def _ranking(names: dict[str, str], ranking: Iterable[str], shares: dict[str, float]) -> html.Ol:
+    """The leading classes as bars, best first, in the colours of the chart below."""
+    ranking = list(ranking)
+    colours = class_colours(ranking)
+    return html.Ol(
+        [
+            html.Li(
+                [
+                    html.Span(names[mode], className="rank-name"),
+                    html.Span(
+                        html.Span(
+                            className="rank-fill",
+                            style={
+                                "width": f"{100 * shares[mode]:.1f}%",
+                                "backgroundColor": colours[mode],
+                            },
+                        ),
+                        className="rank-bar",
+                    ),
+                    html.Span(f"{100 * shares[mode]:.1f} %", className="rank-share mono"),
+                ]
+            )
+            for mode in ranking
+        ],
+        className="ranking",
+    )

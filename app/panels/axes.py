@@ -1,0 +1,125 @@
+"""What every chart on the page shares: the flight-time axis, the onset mark, decimation.
+
+Figures are plain dictionaries in Plotly's JSON form; the tests check them against its schema.
+"""
+
+from base64 import b64encode
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from tsdownsample import MinMaxLTTBDownsampler
+
+from app import theme
+
+Array = NDArray[np.floating[Any]]
+Array32 = NDArray[np.float32]
+Figure = dict[str, Any]
+
+MILLIS_PER_S = 1000.0
+HOUR_S = 3600.0
+
+_DOWNSAMPLER = MinMaxLTTBDownsampler()  # type: ignore[no-untyped-call]  # library
+
+
+def millis(time_s: Array) -> Array32:
+    """Flight time for a Plotly date axis: milliseconds, exact in float32 up to 4.6 hours."""
+    return (np.asarray(time_s) * MILLIS_PER_S).astype(np.float32)
+
+
+def clock(time_s: float) -> str:
+    """Flight time as people read it: mm:ss, or h:mm:ss from an hour on.
+
+    >>> clock(75.4), clock(3725)
+    ('01:15', '1:02:05')
+    """
+    minutes, seconds = divmod(round(time_s), 60)
+    hours, minutes_left = divmod(minutes, 60)
+    return f"{hours}:{minutes_left:02d}:{seconds:02d}" if hours else f"{minutes:02d}:{seconds:02d}"
+
+
+def time_axis(duration_s: float, **extra: Any) -> dict[str, Any]:
+    """The x axis of a flight of ``duration_s``: fixed from start to end, ticks as mm:ss.
+
+    A date axis, because Plotly then chooses ticks on whole seconds and minutes at every zoom.
+    """
+    whole = "%-H:%M:%S" if duration_s >= HOUR_S else "%M:%S"
+    return {
+        "type": "date",
+        "range": [0, duration_s * MILLIS_PER_S],
+        "tickformat": whole,
+        "hoverformat": whole + ".%1f",
+        "nticks": 6,
+        "showgrid": True,
+        "zeroline": False,
+        "ticks": "",
+        **extra,
+    }
+
+
+def onset_mark(onset_s: float | None, *, label: str = "") -> list[dict[str, Any]]:
+    """The vertical line where the fault sets in, over the whole height; none for a nominal run."""
+    if onset_s is None:
+        return []
+    mark: dict[str, Any] = {
+        "type": "line",
+        "x0": onset_s * MILLIS_PER_S,
+        "x1": onset_s * MILLIS_PER_S,
+        "y0": 0,
+        "y1": 1,
+        "xref": "x",
+        "yref": "paper",
+        "line": {"color": theme.ONSET, "width": 1, "dash": "dot"},
+        "name": "onset",
+    }
+    if label:
+        mark["label"] = {
+            "text": label,
+            "textposition": "end",
+            "textangle": 0,
+            "font": {"size": 10, "color": theme.ONSET},
+        }
+    return [mark]
+
+
+def base64_floats(values: Array) -> str:
+    """An array as float32 in base64, row by row: shorter than decimal text, and quick to read."""
+    return b64encode(np.ascontiguousarray(values, dtype=np.float32).tobytes()).decode()
+
+
+def packed(values: Array) -> dict[str, str]:
+    """An array as Plotly takes it in base64."""
+    spec = {"dtype": "f4", "bdata": base64_floats(values)}
+    if np.ndim(values) > 1:
+        spec["shape"] = ", ".join(map(str, np.shape(values)))
+    return spec
+
+
+def kept_rows(time_s: Array, values: Array, n_out: int) -> NDArray[np.intp]:
+    """Which of the samples to draw, at most ``n_out``, so that the line keeps every spike.
+
+    Method: MinMaxLTTB (Van Der Donckt et al. 2023), as implemented by ``tsdownsample``.
+    """
+    if len(time_s) <= n_out:
+        return np.arange(len(time_s))
+    x = np.ascontiguousarray(time_s, dtype=np.float64)
+    y = np.ascontiguousarray(values, dtype=np.float32)
+    rows: NDArray[np.intp] = _DOWNSAMPLER.downsample(x, y, n_out=n_out).astype(np.intp)
+    return rows
+
+
+def bare_layout(**extra: Any) -> dict[str, Any]:
+    """A layout without colours of its own.
+
+    Text and grid colours come from ``assets/style.css``, so that the theme toggle needs no server.
+    """
+    return {
+        "paper_bgcolor": "rgba(0,0,0,0)",
+        "plot_bgcolor": "rgba(0,0,0,0)",
+        "font": {"family": theme.FONT_FAMILY, "size": 10},
+        "showlegend": False,
+        "hovermode": "x unified",
+        "dragmode": "zoom",
+        "uirevision": "keep",
+        **extra,
+    }

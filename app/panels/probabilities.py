@@ -1,0 +1,116 @@
+"""Class probabilities against time, the leading classes in colour and named."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from app import theme
+from app.panels.axes import (
+    MILLIS_PER_S,
+    Array,
+    Figure,
+    bare_layout,
+    clock,
+    millis,
+    onset_mark,
+    packed,
+    time_axis,
+)
+
+LEADERS = len(theme.CLASS_COLOURS)
+
+MIN_LEAD_WINDOWS = 6
+"""A class that leads for half a minute has its name on the chart."""
+
+
+def leaders(classes: Sequence[str], probabilities: Array, k: int = LEADERS) -> list[str]:
+    """The ``k`` most probable classes, best first; ``probabilities`` is (20,)."""
+    order = np.argsort(-np.asarray(probabilities), kind="stable")[:k]
+    return [classes[int(index)] for index in order]
+
+
+def class_colours(ranking: Sequence[str]) -> dict[str, str]:
+    """Colour of each leading class, in the order of `theme.CLASS_COLOURS`."""
+    return dict(zip(ranking, theme.CLASS_COLOURS, strict=False))
+
+
+def probability_figure(
+    names: Mapping[str, str],
+    time_s: Array,
+    probabilities: Array,
+    ranking: Sequence[str],
+    *,
+    duration_s: float,
+    onset_s: float | None,
+) -> Figure:
+    """Probability of every class over the flight.
+
+    ``names`` maps the 20 ids, in the order of the columns of ``probabilities`` (k, 20), to what
+    people call them; ``time_s`` (k,) is the end of each window; ``ranking`` names the classes to
+    colour, best first.
+    """
+    colours = class_colours(ranking)
+    shares = np.asarray(probabilities)
+    label = f"onset {clock(onset_s)}" if onset_s is not None else ""
+    layout = bare_layout(
+        margin={"l": 38, "r": 18, "t": 18, "b": 20},
+        hovermode="closest",
+        xaxis=time_axis(duration_s),
+        yaxis={
+            "range": [-0.02, 1.02],
+            "tickformat": ".0%",
+            "tickvals": [0, 0.5, 1],
+            "ticks": "",
+            "zeroline": False,
+            "fixedrange": True,
+        },
+        shapes=onset_mark(onset_s, label=label),
+        annotations=_names_on_lines(names, time_s, shares),
+    )
+    columns = {mode: index for index, mode in enumerate(names)}
+    # Leaders last, so that they lie on top.
+    order = sorted(names, key=lambda mode: mode in colours)
+    traces = [
+        {
+            "type": "scatter",
+            "mode": "lines",
+            "name": names[mode],
+            "x": packed(millis(time_s)),
+            "y": packed(shares[:, columns[mode]]),
+            "line": {
+                "color": colours.get(mode, theme.CLASS_REST),
+                "width": 2 if mode in colours else 0.8,
+            },
+            "opacity": 1.0 if mode in colours else 0.5,
+            "hovertemplate": "%{y:.0%} at %{x}",
+        }
+        for mode in order
+    ]
+    return {"data": traces, "layout": layout}
+
+
+def _names_on_lines(names: Mapping[str, str], time_s: Array, shares: Array) -> list[dict[str, Any]]:
+    """The name of each class that leads for a while, under its line, mid-way through its lead."""
+    if not len(time_s):
+        return []
+    first = shares.argmax(axis=1)
+    labels = list(names.values())
+    annotations = []
+    for column in np.unique(first):
+        led = np.flatnonzero(first == column)
+        if len(led) < MIN_LEAD_WINDOWS:
+            continue
+        middle = led[len(led) // 2]
+        annotations.append(
+            {
+                "x": float(time_s[middle]) * MILLIS_PER_S,
+                "y": float(shares[middle, column]),
+                "text": labels[column],
+                "showarrow": False,
+                "yanchor": "top",
+                "yshift": -3,
+                "font": {"size": 10},
+            }
+        )
+    return annotations

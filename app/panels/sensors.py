@@ -1,0 +1,93 @@
+"""The 23 channel tiles: what ``assets/tiles.js`` draws of both flights and their residual.
+
+The tiles are uPlot canvases, not Plotly figures: one update of all 23 costs Plotly 0.4 s of CPU,
+which would hold up a flight that itself takes a second.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.panels.axes import Array, Array32, base64_floats, kept_rows
+from core.channels import CHANNELS, Channel
+from core.twin.trajectory import Pair
+
+POINTS_PER_LINE = 400
+"""About two a pixel of a tile, so that MinMaxLTTB keeps every spike; 0.5 MB for all tiles."""
+
+UNIT_LABELS = {"degF": "°F", "degC": "°C", "fpm": "ft/min", "gph": "gal/h"}
+
+
+def unit_label(unit: str) -> str:
+    """A channel unit as printed on the page.
+
+    >>> unit_label("degF"), unit_label("psi")
+    ('°F', 'psi')
+    """
+    return UNIT_LABELS.get(unit, unit)
+
+
+def tile_specs() -> list[dict[str, Any]]:
+    """How to draw each channel, in channel order.
+
+    ``quiet`` and ``still`` are the least half-spans of the sensor and the residual axis, in the
+    channel's unit: a channel in which nothing happens must look as if nothing happened.
+    """
+    return [_spec(channel) for channel in CHANNELS]
+
+
+def cleared(key: str, duration_s: float, onset_s: float | None) -> dict[str, Any]:
+    """Empty tiles for a flight of that name and length; ``onset_s`` None marks no onset."""
+    return {"key": key, "duration_s": duration_s, "onset_s": onset_s}
+
+
+def extended(
+    tiles: dict[str, Any], start: int, time_s: Array, faulted: Array, mirror: Array
+) -> dict[str, Any]:
+    """More samples for the tiles that `cleared` began.
+
+    ``time_s`` (n,), ``faulted`` and ``mirror`` (n, 23); ``start`` is the number of samples before.
+    """
+    return tiles | {
+        "start": start,
+        "time_s": base64_floats(time_s),
+        "faulted": base64_floats(np.asarray(faulted).T),
+        "mirror": base64_floats(np.asarray(mirror).T),
+    }
+
+
+def whole(tiles: dict[str, Any], pair: Pair) -> dict[str, Any]:
+    """The finished flight, at most 3 x `POINTS_PER_LINE` samples a channel, every spike kept."""
+    time_s = pair.faulted.time_s
+    channels = [
+        _decimated(time_s, pair.faulted.channels[:, index], pair.mirror.channels[:, index])
+        for index in range(len(CHANNELS))
+    ]
+    return tiles | {"whole": channels}
+
+
+def _spec(channel: Channel) -> dict[str, Any]:
+    noise = 4.0 * float(np.hypot(channel.noise_sd, channel.wander_sd))
+    return {
+        "name": channel.name,
+        "unit": unit_label(channel.unit),
+        "decimals": channel.decimals,
+        "resting": sum(channel.green) / 2 if channel.green else 0.0,
+        "quiet": max(noise, 0.02 * channel.full_scale),
+        "still": max(noise, 0.01 * channel.full_scale),
+        "limits": [limit for limit in channel.red if limit is not None],
+    }
+
+
+def _decimated(time_s: Array, faulted: Array32, mirror: Array32) -> list[str]:
+    """Time, faulted and mirror at the samples that any of the three lines needs."""
+    rows: NDArray[np.intp] = np.unique(
+        np.concatenate(
+            [
+                kept_rows(time_s, line, POINTS_PER_LINE)
+                for line in (faulted, mirror, faulted - mirror)
+            ]
+        )
+    )
+    return [base64_floats(values[rows]) for values in (time_s, faulted, mirror)]

@@ -1,0 +1,65 @@
+"""Keeps a Rerun recording of every run, whether or not a page is watching."""
+
+import asyncio
+import logging
+
+from app.scenes.recordings import Recordings, write_recording
+from core.diagnosis.diagnosis import Diagnosis
+from core.errors import MirrorTwinError
+from core.jobs import events
+from core.jobs.engine import Engine
+from core.jobs.store import RunStore
+
+logger = logging.getLogger(__name__)
+
+
+class Recorder:
+    """Streams each live run into a growing recording, and leaves one compact file in the store."""
+
+    def __init__(self, engine: Engine, store: RunStore, recordings: Recordings) -> None:
+        """Record nothing yet."""
+        self._engine, self._store, self._recordings = engine, store, recordings
+        self._tasks: dict[str, asyncio.Task[None]] = {}
+
+    def record(self, run_id: str) -> None:
+        """Record a run from its first event to its end; call on the event loop."""
+        task = asyncio.create_task(self._record(run_id), name=f"record {run_id}")
+        self._tasks[run_id] = task
+        task.add_done_callback(lambda _: self._tasks.pop(run_id, None))
+
+    async def close(self) -> None:
+        """Stop recording."""
+        tasks = list(self._tasks.values())
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    async def _record(self, run_id: str) -> None:
+        try:
+            await self._follow(run_id)
+        except MirrorTwinError as error:
+            # The run itself is stored by the engine; only its 3D replay is missing.
+            logger.warning("no recording of run %s: %s", run_id, error)
+
+    async def _follow(self, run_id: str) -> None:
+        subscription = self._engine.subscribe(run_id)
+        recording = self._recordings.open(run_id)
+        diagnosis: Diagnosis | None = None
+        try:
+            async for event in subscription:
+                match event:
+                    case events.Samples():
+                        await asyncio.to_thread(recording.extend, event)
+                    case events.Diagnosed():
+                        diagnosis = event.diagnosis
+                    case events.Finished():
+                        await asyncio.to_thread(self._keep, run_id, diagnosis)
+        finally:
+            subscription.close()
+            await asyncio.to_thread(recording.finish, diagnosis)
+
+    def _keep(self, run_id: str, diagnosis: Diagnosis | None) -> None:
+        record = self._store.get(run_id)
+        pair = self._store.load_pair(run_id)
+        path = self._store.recording_path(run_id)
+        write_recording(path, pair, record.plan, record.fault, diagnosis)

@@ -1,0 +1,115 @@
+"""What every response and every request must obey, as plain ASGI middleware.
+
+Plain, because Starlette's ``BaseHTTPMiddleware`` would buffer the growing recordings.
+"""
+
+from collections.abc import Sequence
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.responses import PlainTextResponse
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+MAX_BODY_BYTES = 1 << 20
+"""No request of ours comes near a megabyte."""
+
+
+def content_security_policy(script_hashes: Sequence[str]) -> str:
+    """The policy of our own pages: nothing from elsewhere, no script that we did not write.
+
+    ``script_hashes`` are those of Dash's inline scripts (``'sha256-...'``). Styles may be inline,
+    because Mantine and Plotly set them on elements.
+    """
+    scripts = " ".join(script_hashes)
+    return "; ".join(
+        [
+            "default-src 'none'",
+            f"script-src 'self' {scripts}",
+            "style-src 'self' 'unsafe-inline'",
+            "img-src 'self' data: blob:",
+            "font-src 'self' data:",
+            "connect-src 'self'",
+            "worker-src 'self' blob:",
+            "frame-src 'self'",
+            "frame-ancestors 'none'",
+            "base-uri 'none'",
+            "form-action 'none'",
+        ]
+    )
+
+
+class SecurityHeaders:
+    """Adds the security headers to every response that has not set its own."""
+
+    def __init__(self, app: ASGIApp, policy: str) -> None:
+        """Wrap ``app``; ``policy`` is the Content-Security-Policy."""
+        self._app = app
+        self._headers = {
+            "Content-Security-Policy": policy,
+            "X-Content-Type-Options": "nosniff",
+            "Referrer-Policy": "same-origin",
+            "Cross-Origin-Opener-Policy": "same-origin",
+        }
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass the request on."""
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)
+            return
+
+        async def send_secured(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                headers = MutableHeaders(scope=message)
+                for name, value in self._headers.items():
+                    headers.setdefault(name, value)
+            await send(message)
+
+        await self._app(scope, receive, send_secured)
+
+
+class BodyLimit:
+    """Refuses requests whose body is larger than `MAX_BODY_BYTES`, announced or not."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        """Wrap ``app``."""
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass the request on, or answer 413."""
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)
+            return
+        announced = Headers(scope=scope).get("content-length", "0")
+        if not announced.isdigit() or int(announced) > MAX_BODY_BYTES:
+            await _too_large(scope, receive, send)
+            return
+        body = await _read(receive)
+        if body is None:
+            await _too_large(scope, receive, send)
+            return
+        pending = [body]
+
+        async def replay() -> Message:
+            return pending.pop() if pending else await receive()
+
+        await self._app(scope, replay, send)
+
+
+async def _read(receive: Receive) -> Message | None:
+    """The whole body as one message, or None as soon as it is too large."""
+    chunks: list[bytes] = []
+    size = 0
+    while True:
+        message = await receive()
+        if message["type"] != "http.request":
+            return message  # the client has gone
+        chunks.append(message.get("body", b""))
+        size += len(chunks[-1])
+        if size > MAX_BODY_BYTES:
+            return None
+        if not message.get("more_body", False):
+            return {"type": "http.request", "body": b"".join(chunks), "more_body": False}
+
+
+async def _too_large(scope: Scope, receive: Receive, send: Send) -> None:
+    response = PlainTextResponse("The request is too large.", status_code=413)
+    await response(scope, receive, send)

@@ -1,0 +1,186 @@
+"""The web server: Dash on FastAPI, the 3D scenes and the recordings, all on one port."""
+
+import errno
+import hashlib
+import signal
+import socket
+import sys
+from base64 import b64encode
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from pathlib import Path
+from types import FrameType
+from typing import NoReturn
+
+import uvicorn
+from dash import Dash
+from dash.backends._fastapi import reset_current_request, set_current_request
+from fastapi import FastAPI, Request, Response
+from fastapi.responses import HTMLResponse
+from starlette.middleware.trustedhost import TrustedHostMiddleware
+
+from app.live import Sessions
+from app.pages import callbacks, shell
+from app.recorder import Recorder
+from app.scenes.recordings import Recordings
+from app.scenes.viser_proxy import ViserScenes
+from app.security import BodyLimit, SecurityHeaders, content_security_policy
+from core.errors import InputError, WorkerError
+from core.jobs.engine import Engine
+from core.jobs.store import RunStore, default_root
+from core.paths import ASSETS
+
+LOOPBACK_HOSTS = ("127.0.0.1", "localhost")
+
+# Sets the colours before the first paint, from the choice that Mantine remembers or the system's.
+_SCHEME_SCRIPT = (
+    "document.documentElement.dataset.mantineColorScheme="
+    "({light:'light',dark:'dark'})[localStorage.getItem('mantine-color-scheme-value')]||"
+    "(matchMedia('(prefers-color-scheme: dark)').matches?'dark':'light')"
+)
+
+_INDEX = f"""<!DOCTYPE html>
+<html lang="en">
+<head>
+{{%metas%}}
+<title>{{%title%}}</title>
+<link rel="icon" href="/assets/icon.svg" type="image/svg+xml">
+<script>{_SCHEME_SCRIPT}</script>
+{{%css%}}
+</head>
+<body>
+{{%app_entry%}}
+<footer>{{%config%}}{{%scripts%}}{{%renderer%}}</footer>
+</body>
+</html>"""
+
+
+def create_app(engine: Engine, store: RunStore) -> FastAPI:
+    """The whole app around an engine and its store, which the caller keeps and closes."""
+    scenes = ViserScenes()
+    recordings = Recordings(store)
+    recorder = Recorder(engine, store, recordings)
+
+    @asynccontextmanager
+    async def lifespan(_: FastAPI) -> AsyncIterator[None]:
+        yield
+        await recorder.close()
+        scenes.close_all()
+
+    server = FastAPI(docs_url=None, redoc_url=None, openapi_url=None, lifespan=lifespan)
+    dash = _dash_app(server)
+    services = callbacks.Services(engine, store, Sessions(engine, store, scenes), recorder)
+    callbacks.register(dash, services)
+    scenes.mount(server)
+    recordings.mount(server)
+    _mount_pages(server, dash, store)
+    policy = content_security_policy([*dash.csp_hashes(), _script_hash(_SCHEME_SCRIPT)])
+    server.add_middleware(BodyLimit)
+    server.add_middleware(TrustedHostMiddleware, allowed_hosts=list(LOOPBACK_HOSTS))
+    server.add_middleware(SecurityHeaders, policy=policy)
+    return server
+
+
+def serve(
+    host: str = "127.0.0.1",
+    port: int = 8050,
+    scheduler: str | None = None,
+    store_root: Path | None = None,
+) -> None:
+    """Serve until told to stop (Ctrl-C or SIGTERM), then leave no process behind.
+
+    ``scheduler``: address of a Dask scheduler, None for workers of our own. ``store_root``: folder
+    of the runs, None for the default one. Raises `InputError` for an address that is not this
+    machine's own, `WorkerError` for a port that is taken or a scheduler that does not answer, and
+    `StoreError` for a folder that cannot be read.
+    """
+    listener = _listen(host, port)
+    # Uvicorn raises a signal again once it has stopped; this turns it into an orderly exit.
+    signal.signal(signal.SIGTERM, _leave)
+    with listener:
+        store = RunStore(store_root or default_root())
+        try:
+            engine = Engine(store, scheduler)
+            try:
+                print(f"MirrorTwin is at http://{host}:{port} (Ctrl-C stops it)", file=sys.stderr)
+                _run(create_app(engine, store), listener)
+            finally:
+                engine.close()
+        finally:
+            store.close()
+
+
+def _dash_app(server: FastAPI) -> Dash:
+    dash = Dash(
+        __name__,
+        server=server,  # type: ignore[arg-type]  # declared for Flask; FastAPI is documented
+        assets_folder=str(ASSETS),
+        index_string=_INDEX,
+        title="MirrorTwin",
+        update_title="",
+        suppress_callback_exceptions=True,
+        on_error=callbacks.tell,
+        # Send at once, and never hang up on a page that merely waits.
+        websocket_batch_delay=0,
+        websocket_inactivity_timeout=0,
+        enable_mcp=False,
+        meta_tags=[{"name": "viewport", "content": "width=device-width, initial-scale=1"}],
+    )
+    dash.layout = shell.layout
+    return dash
+
+
+def _mount_pages(server: FastAPI, dash: Dash, store: RunStore) -> None:
+    """Answer every address that a page has, and 404 with a page that says so to the rest.
+
+    Dash alone answers 200 to any path. The last route here hides the catch-all that it adds.
+    """
+
+    @server.get("/{path:path}", include_in_schema=False)
+    def page(path: str, request: Request) -> Response:
+        token = set_current_request(request)  # type: ignore[no-untyped-call]  # dash
+        try:
+            address = shell.read_address(f"/{path}", store)
+            html = dash.index()  # type: ignore[no-untyped-call]  # dash
+            return HTMLResponse(html, 404 if address.kind == "missing" else 200)
+        finally:
+            reset_current_request(token)  # type: ignore[no-untyped-call]  # dash
+
+
+def _script_hash(script: str) -> str:
+    digest = b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    return f"'sha256-{digest}'"
+
+
+def _listen(host: str, port: int) -> socket.socket:
+    """A listening socket; before anything else starts, so that a taken port costs nothing."""
+    if host not in LOOPBACK_HOSTS:
+        raise InputError(
+            "host",
+            f"must be {' or '.join(LOOPBACK_HOSTS)}, got {host!r}: there is no login yet, so "
+            "MirrorTwin serves this machine only; from elsewhere, reach it through an SSH tunnel",
+        )
+    if not 1 <= port <= 65535:
+        raise InputError("port", f"must lie in 1 to 65535, got {port}")
+    try:
+        return socket.create_server((host, port), backlog=128)
+    except OSError as error:
+        why = "is taken" if error.errno == errno.EADDRINUSE else f"cannot be used: {error.strerror}"
+        raise WorkerError(f"port {port} on {host} {why}; choose another with --port") from None
+
+
+def _run(app: FastAPI, listener: socket.socket) -> None:
+    config = uvicorn.Config(
+        app,
+        workers=1,  # sessions and scenes live in this process
+        log_level="warning",
+        access_log=False,
+        ws_per_message_deflate=False,
+        ws_max_size=1 << 20,
+        timeout_graceful_shutdown=3,
+    )
+    uvicorn.Server(config).run(sockets=[listener])
+
+
+def _leave(signum: int, frame: FrameType | None) -> NoReturn:
+    raise SystemExit(0)

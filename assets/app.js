@@ -1,0 +1,51 @@
+// The little that must happen in the browser: keyboard and theme. `tiles.js` draws the channels;
+// everything else is Dash.
+
+(function () {
+  "use strict";
+
+  const schemeOf = () =>
+    document.documentElement.getAttribute("data-mantine-color-scheme") || "light";
+
+  // The server draws the 3D scenes, so it has to know the theme.
+  function reportScheme() {
+    window.dash_clientside.set_props("scheme", { data: schemeOf() });
+  }
+
+  new MutationObserver(reportScheme).observe(document.documentElement, {
+    attributes: true,
+    attributeFilter: ["data-mantine-color-scheme"],
+  });
+
+  document.addEventListener("keydown", (event) => {
+    if (event.key !== "Enter" || !(event.ctrlKey || event.metaKey)) return;
+    const run = document.getElementById("run");
+    if (!run || run.disabled) return;
+    event.preventDefault();
+    // A number field tells Dash its value when it loses the focus: let it do so first.
+    if (document.activeElement) document.activeElement.blur();
+    setTimeout(() => run.click(), 0);
+  });
+
+  window.dash_clientside = Object.assign({}, window.dash_clientside, {
+    mirrortwin: {
+      markPage(kind) {
+        for (const [name, id] of [["fly", "nav-fly"], ["runs", "nav-runs"]]) {
+          const link = document.getElementById(id);
+          if (!link) continue;
+          if (kind === name) link.setAttribute("aria-current", "page");
+          else link.removeAttribute("aria-current");
+        }
+        if (kind) reportScheme();
+      },
+      // On a narrow screen the form fills the view: bring the run that it started into sight.
+      showRun(runId) {
+        const bar = document.querySelector(".area-bar");
+        if (runId && bar && window.innerWidth < 800) bar.scrollIntoView();
+      },
+      severityText(value) {
+        return Number(value).toFixed(2);
+      },
+    },
+  });
+})();
