@@ -3,6 +3,7 @@
 The one place that starts, reaches and closes Dask, and that turns its failures into `WorkerError`.
 """
 
+import asyncio
 import logging
 import threading
 from concurrent.futures import Future as Promise
@@ -88,20 +89,18 @@ def _check_answers(address: str) -> None:
     """
 
     async def connect_once() -> None:
-        comm = await connect(address, timeout=CONNECT_TIMEOUT_S)
+        # A timeout of our own: Dask waits for ever for a stranger's side of the handshake.
+        async with asyncio.timeout(CONNECT_TIMEOUT_S):
+            comm = await connect(address, timeout=CONNECT_TIMEOUT_S)
         comm.abort()
 
-    runner = LoopRunner()
-    runner.start()
     try:
-        runner.run_sync(connect_once)
+        LoopRunner().run_sync(connect_once)
     except Exception as error:  # whatever it is that a stranger's answer leads to
         raise WorkerError(
             f"no Dask scheduler answers at {address}: start one there by `dask scheduler`, correct "
             "the address (such as tcp://HOST:8786), or leave --scheduler out to fly on this machine"
         ) from error
-    finally:
-        runner.stop()
 
 
 def _local_cluster(n_workers: int) -> LocalCluster:

@@ -4,6 +4,7 @@ import pickle
 import secrets
 import signal
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -39,6 +40,9 @@ TOPIC = "mirrortwin-runs"
 
 Emit = Callable[[Event], None]
 
+_WARM_UP_PLAN = Plan(duration_s=30.0)
+_WARM_UP_FAULT = Fault("baffle_crack", onset_s=10.0)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RunResult:
@@ -67,7 +71,7 @@ def fly_run(run_id: str, plan: Plan, fault: Fault, emit: Emit) -> RunResult:
         blocks.append(block)
         emit(_samples(run_id, block))
         for time_s, probabilities in stream.push(block):
-            emit(Probabilities(run_id, time_s, probabilities))
+            emit(Probabilities(run_id, float(time_s), probabilities))
         emit(Progress(run_id, "flying", FLOWN * progress))
     emit(Progress(run_id, "diagnosing", FLOWN))
     diagnosis = stream.finish()
@@ -102,19 +106,15 @@ def fly_task(key: str, run_id: str, plan: Plan, fault: Fault) -> RunResult | Fai
 
 
 class WarmUp(WorkerPlugin):
-    """Loads JSBSim, torch and the network when a worker starts, before its first run."""
+    """Flies a short run when a worker starts, so that its first real one is as quick as any."""
 
     name = "mirrortwin-warm-up"
 
     def setup(self, worker: Worker) -> None:
         """Called by Dask on every worker, also on one that replaces another."""
-        import core.twin.flight  # noqa: F401
-        from core.diagnosis.predict import load_diagnoser
-
-        try:
-            load_diagnoser()
-        except MirrorTwinError:  # said by the run that needs it, where the user can read it
-            return
+        # An error is said by the run that meets it, where the user can read it.
+        with suppress(MirrorTwinError):
+            fly_run("warm-up", _WARM_UP_PLAN, _WARM_UP_FAULT, lambda event: None)
 
 
 class IgnoreInterrupt(WorkerPlugin):
