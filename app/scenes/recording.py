@@ -57,13 +57,14 @@ def write_recording(
     faulted, mirror = Poses.of_flight(pair.faulted), Poses.of_flight(pair.mirror)
     log.begin(mirror.at(0.0), plan.duration_s, geometry.lowest_ft(faulted, mirror))
     log.describe(plan, fault, diagnosis)
-    log.channels(pair.mirror.time_s, pair.faulted.channels, pair.mirror.channels)
-    thin = pair[::_RESIDUAL_STRIDE]
-    log.residuals(thin.mirror.time_s, thin.faulted.channels, thin.mirror.channels)
     log.poses(faulted, mirror)
     log.paths(faulted, mirror, growing=False)
     if fault.mode != "nominal":
         log.onset(faulted.at(fault.onset_s))
+    # The bulk comes last, so that a viewer shows the flight while it still loads.
+    log.channels(pair.mirror.time_s, pair.faulted.channels, pair.mirror.channels)
+    thin = pair[::_RESIDUAL_STRIDE]
+    log.residuals(thin.mirror.time_s, thin.faulted.channels, thin.mirror.channels)
     content = log.read()
     with whole_file(path) as temporary:
         temporary.write_bytes(content)

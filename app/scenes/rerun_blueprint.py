@@ -8,7 +8,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from app.scenes.geometry import VERTICAL_SCALE, Camera
-from core.channels import CHANNELS, Channel, Subsystem
+from core.channels import CHANNELS, CYLINDERS, Channel, Subsystem
 
 TIMELINE = "t"
 _TAB_ORDER: tuple[Subsystem, ...] = ("engine", "oil", "fuel", "electrical", "flight")
@@ -53,7 +53,7 @@ def blueprint(camera: Camera, floor_km: float, duration_s: float) -> rrb.Bluepri
         start=rr.TimeRangeBoundary.absolute(seconds=0.0),
         end=rr.TimeRangeBoundary.absolute(seconds=duration_s),
     )
-    time_axis = rrb.TimeAxis(link=rrb.components.LinkAxis.LinkToGlobal, view_range=whole)
+    time_axis = rrb.TimeAxis(view_range=whole)
     scene = rrb.Spatial3DView(
         origin="/scene",
         name=f"Flight path, grid 1 km, heights x{VERTICAL_SCALE:g}",
@@ -74,14 +74,14 @@ def blueprint(camera: Camera, floor_km: float, duration_s: float) -> rrb.Bluepri
     notes = rrb.TextDocumentView(origin="/run", name="Run")
     residuals = rrb.TimeSeriesView(
         origin="/residuals",
-        name="Residuals, faulted minus mirror, % of gauge span",
+        name="Residuals, % of gauge span",
         axis_x=time_axis,
         plot_legend=rrb.PlotLegend(visible=False),
     )
     return rrb.Blueprint(
         rrb.Horizontal(
-            rrb.Vertical(rrb.Tabs(scene, notes), residuals, row_shares=[5, 2]),
-            rrb.Tabs(*_tabs(time_axis), active_tab=0),
+            rrb.Tabs(scene, notes),
+            rrb.Vertical(rrb.Tabs(*_tabs(time_axis), active_tab=0), residuals, row_shares=[4, 3]),
             column_shares=[3, 2],
         ),
         rrb.TopPanel(state="hidden"),
@@ -93,17 +93,23 @@ def blueprint(camera: Camera, floor_km: float, duration_s: float) -> rrb.Bluepri
     )
 
 
-def _tabs(time_axis: rrb.TimeAxis) -> Iterable[rrb.Vertical]:
-    """A tab a subsystem; a legend only where colours tell cylinders or sides apart."""
+def _tabs(time_axis: rrb.TimeAxis) -> Iterable[rrb.View | rrb.Vertical]:
+    """A tab for each plot of the four cylinders, then one for each subsystem's other plots."""
+    for plot in reversed(PLOTS):
+        if len(plot.channels) == len(CYLINDERS):
+            yield _view(plot, time_axis)
     for subsystem in _TAB_ORDER:
         views = [
-            rrb.TimeSeriesView(
-                origin=plot.path,
-                name=plot.title,
-                axis_x=time_axis,
-                plot_legend=rrb.PlotLegend(rrb.Corner2D.LeftBottom, visible=len(plot.channels) > 1),
-            )
+            _view(plot, time_axis)
             for plot in PLOTS
-            if plot.subsystem == subsystem
+            if plot.subsystem == subsystem and len(plot.channels) < len(CYLINDERS)
         ]
-        yield rrb.Vertical(*views, name=subsystem.capitalize())
+        yield rrb.Vertical(*views, name=subsystem.capitalize()) if len(views) > 1 else views[0]
+
+
+def _view(plot: Plot, time_axis: rrb.TimeAxis) -> rrb.TimeSeriesView:
+    """A plot; with a legend only where colours tell cylinders or sides apart."""
+    legend = rrb.PlotLegend(rrb.Corner2D.LeftBottom, visible=len(plot.channels) > 1)
+    return rrb.TimeSeriesView(
+        origin=plot.path, name=plot.title, axis_x=time_axis, plot_legend=legend
+    )
