@@ -172,7 +172,7 @@ def _tail() -> list[trimesh.Trimesh]:
     )
     fin = _surface(
         [(0.20, 5.30, 2.72, 0.0), (0.42, 6.20, 1.86, 0.0), (0.62, 6.60, 1.50, 0.0),
-         (1.56, 7.32, 0.92, 0.0), (1.64, 7.44, 0.76, 0.0)],
+         (1.36, 7.28, 0.94, 0.0), (1.43, 7.38, 0.80, 0.0)],
         section, upright=True,
     )  # fmt: skip
     return [*_mirrored(plane), fin]
@@ -180,12 +180,12 @@ def _tail() -> list[trimesh.Trimesh]:
 
 def _running_gear() -> tuple[list[trimesh.Trimesh], list[trimesh.Trimesh]]:
     """Legs and fairings (painted), tyres and propeller (dark)."""
-    leg = _bar(np.array([-2.95, 0.42, -0.52]), np.array([-3.05, 1.22, -1.20]), 0.14, 0.03)
-    fairing = _blob((-3.08, 1.26, -1.22), (0.42, 0.12, 0.19))
-    tyre = _blob((-3.05, 1.26, -1.31), (0.20, 0.08, 0.20))
-    nose_leg = _bar(np.array([-1.10, 0.0, -0.45]), np.array([-1.02, 0.0, -1.18]), 0.11, 0.05)
-    nose_fairing = _blob((-1.08, 0.0, -1.24), (0.36, 0.11, 0.18))
-    nose_tyre = _blob((-1.03, 0.0, -1.33), (0.18, 0.07, 0.18))
+    leg = _bar(np.array([-2.95, 0.42, -0.52]), np.array([-3.05, 1.22, -0.95]), 0.14, 0.03)
+    fairing = _blob((-3.08, 1.26, -0.98), (0.42, 0.12, 0.19))
+    tyre = _blob((-3.05, 1.26, -1.06), (0.19, 0.08, 0.19))
+    nose_leg = _bar(np.array([-1.10, 0.0, -0.45]), np.array([-1.02, 0.0, -0.94]), 0.11, 0.05)
+    nose_fairing = _blob((-1.08, 0.0, -0.99), (0.36, 0.11, 0.18))
+    nose_tyre = _blob((-1.03, 0.0, -1.07), (0.18, 0.07, 0.18))
     spinner = _blob((-0.24, 0.0, -0.04), (0.24, 0.18, 0.18))
     blade = _bar(np.array([-0.16, 0.0, -0.04]), np.array([-0.16, 0.30, 0.865]), 0.05, 0.075)
     other = blade.copy()
