@@ -19,8 +19,8 @@ Array = NDArray[np.float64]
 class Effects:
     """Intermediate variables over n samples; per-cylinder arrays are (n, 4), others (n,).
 
-    ``cooling_efficiency``, ``cooler_efficiency``: 1 when healthy. ``lean``: relative leaning, rich
-    below 0. ``exhaust_leak``, ``charge_loss``,
+    ``cooling_efficiency``, ``cooler_efficiency``: 1 when healthy. ``lean``: relative leaning by
+    unmetered air. ``exhaust_leak``, ``charge_loss``,
     ``gas_jet``: shares, 0 when healthy. ``firing``: share of the charges that burn.
     ``oil_lost_qt``: quarts. ``friction``: relative rise.
     """
@@ -52,7 +52,7 @@ def effects_of(defects: Array) -> Effects:
     return Effects(
         cooling_efficiency=air.heads,
         cooler_efficiency=air.cooler,
-        lean=each("air_leak_lean") - whole("enrichment")[:, None],
+        lean=each("air_leak_lean"),
         exhaust_leak=each("valve_leak"),
         charge_loss=each("charge_loss"),
         gas_jet=each("gas_jet"),

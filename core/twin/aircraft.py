@@ -17,16 +17,18 @@ from core.errors import FlightError
 from core.fmea.laws import TICK_S, Drivers
 from core.fmea.powerplant import HEALTHY, EngineFactors
 from core.paths import ASSETS
-from core.twin.plan import DT_S, Plan
+from core.twin.conditions import MIXTURE_WANDER_SD, MIXTURE_WANDER_TAU_S, Setting
+from core.twin.constants import CRUISE_MIXTURE
+from core.twin.pilot import Pilot
+from core.twin.plan import DT_S, Plan, Weather
 from core.twin.trajectory import STATE_INDEX, STATE_NAMES
 
 Array = NDArray[np.float64]
 
 STEPS_PER_TICK = round(TICK_S / DT_S)
-CRUISE_MIXTURE = 0.93
-"""Slightly rich of JSBSim's best power, as a carburetted 172 is flown below 75 % power."""
 
 _FPS_TO_FPM = 60.0
+_FPS_PER_KT = 1.68781
 _LB_PER_GAL = 6.02
 _ENGINE = "propulsion/engine/"
 
@@ -51,6 +53,7 @@ _STATE_PROPERTIES: tuple[tuple[str, float, float], ...] = (
     ("atmosphere/T-R", 5.0 / 9.0, -273.15),
     ("propulsion/tank/contents-lbs", 1.0 / _LB_PER_GAL, 0.0),
     ("propulsion/tank[1]/contents-lbs", 1.0 / _LB_PER_GAL, 0.0),
+    ("fcs/mixture-pos-norm", 1.0, 0.0),
 )
 assert len(_STATE_PROPERTIES) == len(STATE_NAMES)
 
@@ -96,21 +99,26 @@ def _load() -> jsbsim.FGFDMExec:
 class Aircraft:
     """One flight in progress, trimmed level at the plan's altitude, speed and heading."""
 
-    def __init__(self, plan: Plan) -> None:
+    def __init__(self, plan: Plan, setting: Setting) -> None:
         """Load, trim and engage the autopilot; raises `FlightError` if it cannot be trimmed."""
         self._executive = _load()
         self._manager = self._executive.get_property_manager()
+        self._set_air(setting.weather, plan.seed)
         self._trim(plan)
+        self._stir(setting.weather)
         self._reads = [self._node(name).get_double_value for name, _, _ in _STATE_PROPERTIES]
         self._throttle = self._node("ap/throttle-correction")
-        self._bsfc = self._node(_ENGINE + "bsfc-lbs_hphr")
-        self._friction = self._node(_ENGINE + "friction-hp")
         self._mixture = self._node("fcs/mixture-cmd-norm")
+        self._bsfc = self._node(_ENGINE + "bsfc-lbs_hphr")
         self._breathing = self._node(_ENGINE + "volumetric-efficiency")
+        self._friction = self._node(_ENGINE + "friction-hp")
         self._healthy_bsfc = self._bsfc.get_double_value()
         self._healthy_breathing = self._breathing.get_double_value()
         self._healthy_friction_hp = self._friction.get_double_value()
         self._factors = HEALTHY
+        self._pilot = Pilot(plan) if plan.legs else None
+        self._always_holds_speed = plan.power == "speed_hold"
+        self._metering = _Metering(setting.metering_stream) if setting.metering_stream else None
 
     def _node(self, name: str) -> jsbsim.FGPropertyNode:
         node = self._manager.get_node(name)
@@ -118,9 +126,16 @@ class Aircraft:
             raise FlightError(f"JSBSim {jsbsim.__version__} has no property {name}")
         return node
 
-    def _trim(self, plan: Plan) -> None:
-        executive, weather = self._executive, plan.weather
+    def _set_air(self, weather: Weather, seed: int) -> None:
+        executive = self._executive
         executive["atmosphere/delta-T"] = weather.isa_deviation_degc * 1.8
+        toward_rad = float(np.deg2rad(weather.wind_from_deg + 180.0))
+        executive["atmosphere/wind-north-fps"] = weather.wind_kt * _FPS_PER_KT * np.cos(toward_rad)
+        executive["atmosphere/wind-east-fps"] = weather.wind_kt * _FPS_PER_KT * np.sin(toward_rad)
+        executive["atmosphere/randomseed"] = seed
+
+    def _trim(self, plan: Plan) -> None:
+        executive = self._executive
         executive["ic/h-sl-ft"] = plan.altitude_ft
         executive["ic/vc-kts"] = plan.speed_kt
         executive["ic/psi-true-deg"] = plan.heading_deg
@@ -149,6 +164,14 @@ class Aircraft:
         executive["ap/trim-throttle-norm"] = executive["fcs/throttle-cmd-norm"]
         executive["ap/engaged"] = 1.0
 
+    def _stir(self, weather: Weather) -> None:
+        """Switch on MIL-F-8785C turbulence; after the trim, which needs still air."""
+        if weather.turbulence:
+            executive = self._executive
+            executive["atmosphere/turb-type"] = 3
+            executive["atmosphere/turbulence/milspec/windspeed_at_20ft_AGL-fps"] = 15.0
+            executive["atmosphere/turbulence/milspec/severity"] = weather.turbulence
+
     def fly(self, n_steps: int, on_tick: Callable[[Drivers], EngineFactors] | None = None) -> Array:
         """Fly ``n_steps`` and return the states before each step, (n_steps, states).
 
@@ -156,26 +179,54 @@ class Aircraft:
         on it. ``n_steps`` must be a multiple of `STEPS_PER_TICK`.
         """
         run, reads = self._executive.run, self._reads
+        has_ticks = on_tick is not None or self._pilot is not None or self._metering is not None
         raw: list[float] = []
         extend = raw.extend
         for step in range(n_steps):
             row = [read() for read in reads]
             extend(row)
-            if on_tick is not None and step % STEPS_PER_TICK == 0:
-                self._correct(on_tick(_drivers(row)))
+            if has_ticks and step % STEPS_PER_TICK == 0:
+                self._tick(on_tick(_drivers(row)) if on_tick else HEALTHY)
             run()
         states: Array = np.array(raw).reshape(n_steps, len(reads)) * _SCALE + _OFFSET
         return states
 
-    def _correct(self, factors: EngineFactors) -> None:
-        if factors == self._factors:
-            return
-        self._factors = factors
-        self._throttle.set_double_value(factors.throttle)
-        self._bsfc.set_double_value(self._healthy_bsfc / factors.work)
-        self._breathing.set_double_value(self._healthy_breathing * factors.charge)
-        self._friction.set_double_value(self._healthy_friction_hp + factors.friction_hp)
-        self._mixture.set_double_value(CRUISE_MIXTURE * factors.mixture)
+    def _tick(self, factors: EngineFactors) -> None:
+        if self._pilot is not None:
+            self._steer(self._pilot)
+        if factors != self._factors:
+            self._factors = factors
+            self._throttle.set_double_value(factors.throttle)
+            self._bsfc.set_double_value(self._healthy_bsfc / factors.work)
+            self._breathing.set_double_value(self._healthy_breathing * factors.charge)
+            self._friction.set_double_value(self._healthy_friction_hp + factors.friction_hp)
+            self._mixture.set_double_value(CRUISE_MIXTURE * factors.mixture)
+        if self._metering is not None:
+            wander = self._metering.next()
+            self._mixture.set_double_value(CRUISE_MIXTURE * factors.mixture * (1.0 + wander))
+
+    def _steer(self, pilot: Pilot) -> None:
+        targets, executive = pilot.next(), self._executive
+        executive["ap/target-altitude-ft"] = targets.altitude_ft
+        executive["ap/target-climb-fps"] = targets.climb_fps
+        executive["ap/target-speed-kt"] = targets.speed_kt
+        executive["ap/target-heading-rad"] = float(np.deg2rad(targets.heading_deg))
+        executive["ap/capture"] = float(targets.capturing)
+        executive["ap/speed-hold"] = float(targets.capturing or self._always_holds_speed)
+
+
+class _Metering:
+    """Slow relative wander of the mixture: a first-order autoregressive walk, tick by tick."""
+
+    def __init__(self, stream: tuple[int, int]) -> None:
+        self._rng = np.random.default_rng(stream)
+        self._keep = float(np.exp(-TICK_S / MIXTURE_WANDER_TAU_S))
+        self._kick_sd = MIXTURE_WANDER_SD * float(np.sqrt(1.0 - self._keep**2))
+        self._level = float(self._rng.normal(0.0, MIXTURE_WANDER_SD))
+
+    def next(self) -> float:
+        self._level = self._keep * self._level + self._kick_sd * self._rng.standard_normal()
+        return self._level
 
 
 _RPM, _QBAR, _IAS = (STATE_INDEX[name] for name in ("rpm", "qbar_psf", "ias_kt"))

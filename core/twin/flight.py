@@ -11,7 +11,8 @@ from core.fmea.injection import FaultState
 from core.fmea.laws import TICK_S, Drivers
 from core.fmea.powerplant import EngineFactors, engine_factors
 from core.twin.aircraft import STEPS_PER_TICK, Aircraft, drivers_along
-from core.twin.noise import SensorNoise
+from core.twin.conditions import Setting, flown, mirrored
+from core.twin.noise import SensorNoise, as_logged
 from core.twin.plan import DT_S, Plan
 from core.twin.sensors import SensorSynthesiser
 from core.twin.trajectory import Pair, Trajectory
@@ -24,10 +25,13 @@ NOMINAL = Fault("nominal")
 class _Flight:
     """One aircraft, its fault and its sensors; blocks of any size give the same bytes."""
 
-    def __init__(self, plan: Plan, fault: Fault, *, in_formation: bool = False) -> None:
+    def __init__(
+        self, plan: Plan, fault: Fault, setting: Setting, *, in_formation: bool = False
+    ) -> None:
         """Trim for the plan; ``in_formation`` takes its path from another flight instead."""
-        self._aircraft = None if in_formation else Aircraft(plan)
-        self._sensors = SensorSynthesiser(plan)
+        self._setting = setting
+        self._aircraft = None if in_formation else Aircraft(plan, setting)
+        self._sensors = SensorSynthesiser(setting)
         is_faulted = fault.mode != "nominal" and fault.severity > 0.0
         self._fault = FaultState(fault, plan.seed) if is_faulted else None
 
@@ -38,7 +42,7 @@ class _Flight:
             states, effects = self._own().fly(n) if path is None else path, healthy(n)
         else:
             states, effects = self._fly_faulted(n, self._fault, path)
-        channels = self._sensors.read(states, effects, noise)
+        channels = as_logged(self._sensors.read(states, effects, noise), self._setting)
         return Trajectory(time_s, states, channels.astype(np.float32))
 
     def _own(self) -> Aircraft:
@@ -64,31 +68,30 @@ class _Flight:
 
 
 class _Clock:
-    """Cuts a plan into blocks of whole ticks and deals out the time and the shared noise."""
+    """Cuts a plan into blocks of whole ticks."""
 
     def __init__(self, plan: Plan) -> None:
         self._n_steps, self._done = plan.n_steps, 0
-        self._noise = SensorNoise(plan.seed)
 
     @property
     def progress(self) -> float:
         return self._done / self._n_steps
 
-    def next(self, seconds: float) -> tuple[Array, Array] | None:
-        """Times (n,) and noise (n, 23) of the next block; None at the end of the plan."""
+    def next(self, seconds: float) -> Array | None:
+        """Times (n,) of the next block; None at the end of the plan."""
         n = min(max(round(seconds / TICK_S), 1) * STEPS_PER_TICK, self._n_steps - self._done)
         if n <= 0:
             return None
         time_s: Array = (self._done + np.arange(n, dtype=np.float64)) * DT_S
         self._done += n
-        return time_s, self._noise.next(n)
+        return time_s
 
 
 class PairFlight:
     """A pair in flight, advanced block by block; blocks of any size give the same bytes.
 
-    The faulted aircraft is flown only where the fault reaches the engine. Otherwise its path is
-    the mirror's, and only the fault's effects and the sensors are computed for it.
+    In lab the faulted aircraft is flown only where the fault reaches the engine. Otherwise its
+    path is the mirror's, and only the fault's effects and the sensors are computed for it.
     """
 
     def __init__(self, plan: Plan, fault: Fault) -> None:
@@ -96,9 +99,14 @@ class PairFlight:
         fault.check_against(plan)
         self.plan, self.fault = plan, fault
         self._clock = _Clock(plan)
-        self._mirror = _Flight(plan, NOMINAL)
-        self._flies_apart = catalogue()[fault.mode].moves_engine and fault.severity > 0.0
-        self._faulted = _Flight(plan, fault, in_formation=not self._flies_apart)
+        setting, mirror_setting = flown(plan), mirrored(plan)
+        is_field = setting.is_field
+        reaches_engine = catalogue()[fault.mode].moves_engine and fault.severity > 0.0
+        self._flies_apart = reaches_engine or is_field
+        self._noise = SensorNoise(setting)
+        self._mirror_noise = SensorNoise(mirror_setting) if is_field else None
+        self._mirror = _Flight(plan, NOMINAL, mirror_setting)
+        self._faulted = _Flight(plan, fault, setting, in_formation=not self._flies_apart)
 
     @property
     def progress(self) -> float:
@@ -107,26 +115,38 @@ class PairFlight:
 
     def advance(self, seconds: float) -> Pair | None:
         """Fly on for ``seconds`` (in whole ticks of 0.1 s); None once the plan has been flown."""
-        block = self._clock.next(seconds)
-        if block is None:
+        time_s = self._clock.next(seconds)
+        if time_s is None:
             return None
-        time_s, noise = block
-        mirror = self._mirror.advance(time_s, noise)
+        noise = self._noise.next(len(time_s))
+        mirror_noise = self._mirror_noise.next(len(time_s)) if self._mirror_noise else noise
+        mirror = self._mirror.advance(time_s, mirror_noise)
         path = None if self._flies_apart else mirror.states
         return Pair(self._faulted.advance(time_s, noise, path), mirror)
+
+
+BLOCK_S = 300.0
+"""Whole flights are computed in blocks of this length, to keep memory flat on long ones."""
 
 
 def fly_pair(plan: Plan, fault: Fault) -> Pair:
     """The whole pair; raises `InputError` or `FlightError`."""
     flight = PairFlight(plan, fault)
-    pair = flight.advance(plan.duration_s)
-    assert pair is not None  # a plan lasts at least 30 s
-    return pair
+    blocks: list[Pair] = []
+    while (block := flight.advance(BLOCK_S)) is not None:
+        blocks.append(block)
+    return Pair(
+        Trajectory.joined([block.faulted for block in blocks]),
+        Trajectory.joined([block.mirror for block in blocks]),
+    )
 
 
 def fly(plan: Plan, fault: Fault = NOMINAL) -> Trajectory:
     """One trajectory without its mirror; raises `InputError` or `FlightError`."""
     fault.check_against(plan)
-    block = _Clock(plan).next(plan.duration_s)
-    assert block is not None
-    return _Flight(plan, fault).advance(*block)
+    setting, clock = flown(plan), _Clock(plan)
+    flight, noise = _Flight(plan, fault, setting), SensorNoise(setting)
+    blocks: list[Trajectory] = []
+    while (time_s := clock.next(BLOCK_S)) is not None:
+        blocks.append(flight.advance(time_s, noise.next(len(time_s))))
+    return Trajectory.joined(blocks)

@@ -25,7 +25,8 @@ PLAN_RANGES: dict[str, tuple[float, float, str]] = {
     "isa_deviation_degc": (-20.0, 25.0, "degC"),
     "wind_kt": (0.0, 40.0, "kt"),
     "wind_from_deg": (0.0, 360.0, "deg"),
-    "turbulence": (0.0, 1.0, ""),
+    "turbulence": (0.0, 4.0, ""),
+    "start_s": (0.0, 7200.0, "s"),
 }
 """Inclusive limits of every numeric field, with its unit: forms, errors and help read this."""
 
@@ -44,12 +45,37 @@ def checked_number(field: str, value: Any, low: float, high: float, unit: str = 
 
 @dataclass(frozen=True, slots=True)
 class Weather:
-    """The air: ISA deviation, steady wind, and turbulence from 0 (calm) to 1 (moderate)."""
+    """The air: ISA deviation, steady wind, and turbulence level.
+
+    ``turbulence`` is the severity index of MIL-F-8785C: 0 calm, 1 as in smooth real cruise, 2
+    light, 3 to 4 moderate; whole numbers only.
+    """
 
     isa_deviation_degc: float = 0.0
     wind_kt: float = 0.0
     wind_from_deg: float = 0.0
     turbulence: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Leg:
+    """New targets from ``start_s`` on; None leaves one as it was.
+
+    Altitude changes at 500 ft/min, headings are taken at up to 20 deg of bank. The speed loop is
+    closed while a leg is being captured, whatever the plan's ``power``.
+    """
+
+    start_s: float
+    altitude_ft: float | None = None
+    speed_kt: float | None = None
+    heading_deg: float | None = None
+
+    def __post_init__(self) -> None:
+        """Reject targets out of range; raises `InputError` naming the field."""
+        for name in ("start_s", "altitude_ft", "speed_kt", "heading_deg"):
+            value = getattr(self, name)
+            if value is not None:
+                object.__setattr__(self, name, checked_number(name, value, *PLAN_RANGES[name]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +95,7 @@ class Plan:
     power: Power = "fixed"
     conditions: Conditions = "lab"
     weather: Weather = Weather()
+    legs: tuple[Leg, ...] = ()
 
     def __post_init__(self) -> None:
         """Reject what cannot be flown; raises `InputError` naming the field and its range."""
@@ -79,6 +106,13 @@ class Plan:
             value = getattr(self.weather, field.name)
             number = checked_number(field.name, value, *PLAN_RANGES[field.name])
             object.__setattr__(self.weather, field.name, number)
+        if self.weather.turbulence != int(self.weather.turbulence):
+            raise InputError(
+                "turbulence", f"must be 0, 1, 2, 3 or 4, got {self.weather.turbulence}"
+            )
+        starts = [leg.start_s for leg in self.legs]
+        if starts != sorted(set(starts)) or any(start >= self.duration_s for start in starts):
+            raise InputError("legs", "must start one after the other, before the end of the flight")
         if isinstance(self.seed, bool) or not isinstance(self.seed, int):
             raise InputError("seed", f"must be a whole number, got {self.seed!r}")
         if not 0 <= self.seed < 2**31:
@@ -123,6 +157,11 @@ class Plan:
         for name in weather:
             if name not in {field.name for field in fields(Weather)}:
                 raise InputError(f"weather.{name}", "is not a weather field")
+        legs = rest.pop("legs", ())
+        try:
+            rest["legs"] = tuple(leg if isinstance(leg, Leg) else Leg(**leg) for leg in legs)
+        except TypeError:
+            raise InputError("legs", "must be tables with start_s and new targets") from None
         return cls(**rest, weather=Weather(**weather))
 
 

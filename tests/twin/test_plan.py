@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from core.errors import InputError
 from core.fmea.fault import Fault
-from core.twin.plan import PLAN_RANGES, Plan, Weather, load_plan
+from core.twin.plan import PLAN_RANGES, Leg, Plan, Weather, load_plan
 
 
 @pytest.mark.parametrize(
@@ -76,7 +76,7 @@ def test_plan_file(tmp_path: Path) -> None:
 
 
 def test_ranges_cover_the_defaults() -> None:
-    plan = Plan()
-    for name, (low, high, _) in PLAN_RANGES.items():
-        value = getattr(plan, name, None) if hasattr(plan, name) else getattr(plan.weather, name)
-        assert low <= value <= high
+    for part in (Plan(), Weather(), Leg(0.0)):
+        for name, (low, high, _) in PLAN_RANGES.items():
+            value = getattr(part, name, None)
+            assert value is None or low <= value <= high

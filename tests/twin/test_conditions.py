@@ -1,0 +1,85 @@
+"""Field conditions: what the mirror does not know shows, and what it should know does not."""
+
+import numpy as np
+import pytest
+
+from core.channels import CHANNELS, channel
+from core.errors import InputError
+from core.fmea.fault import Fault
+from core.twin.flight import fly, fly_pair
+from core.twin.plan import Leg, Plan, Weather
+
+NOMINAL = Fault("nominal")
+SMOOTH = Weather(isa_deviation_degc=8.0, wind_kt=12.0, wind_from_deg=240.0, turbulence=1.0)
+FIELD = Plan(duration_s=120.0, seed=4, conditions="field", weather=SMOOTH)
+
+
+def test_field_residual_of_a_healthy_aircraft_is_small_but_not_zero() -> None:
+    residual = fly_pair(FIELD, NOMINAL).residual
+    for item, column in zip(CHANNELS, residual.T, strict=True):
+        assert np.any(column) or item.subsystem == "electrical", item.name
+        assert np.abs(column.mean()) < 0.15 * item.full_scale, item.name
+
+
+def test_field_is_logged_in_the_steps_of_the_real_log() -> None:
+    flight = fly(FIELD)
+    for item in CHANNELS:
+        steps = flight.channel(item.name).astype(float) / item.resolution
+        assert np.allclose(steps, np.round(steps), atol=0.02), item.name
+
+
+def test_field_differs_only_by_the_fault_too() -> None:
+    """The same seed gives the same gusts and the same noise with and without a fault."""
+    healthy = fly(FIELD)
+    faulted = fly(FIELD, Fault("baffle_crack", 0.8, 60.0))
+    assert healthy.channels[:3000].tobytes() == faulted.channels[:3000].tobytes()
+
+
+def test_gusts_move_speed_and_rpm_together() -> None:
+    flight = fly(FIELD)
+    speed, rpm = flight.state("ias_kt")[::50], flight.state("rpm")[::50]
+    assert np.corrcoef(speed, rpm)[0, 1] > 0.7
+
+
+def test_white_noise_is_at_the_measured_level() -> None:
+    flight = fly(Plan(duration_s=300.0, seed=8, conditions="field"))
+    for name in ("E1 OilP", "E1 FFlow", "volt1", "E1 CHT1"):
+        second = np.diff(flight.channel(name)[::50].astype(float), 2)
+        white = second.std() / np.sqrt(6.0)
+        assert white == pytest.approx(channel(name).noise_sd, rel=0.6), name
+
+
+def test_legs_are_flown() -> None:
+    legs = (Leg(30.0, altitude_ft=5500.0), Leg(180.0, speed_kt=90.0, heading_deg=120.0))
+    flight = fly(Plan(duration_s=360.0, heading_deg=30.0, legs=legs))
+    at = {second: second * 50 for second in (20, 170, 355)}
+    assert flight.state("altitude_ft")[at[20]] == pytest.approx(5000.0, abs=5.0)
+    assert flight.state("altitude_ft")[at[170]] == pytest.approx(5500.0, abs=40.0)
+    assert flight.state("ias_kt")[at[355]] == pytest.approx(90.0, abs=2.0)
+    assert flight.state("heading_deg")[at[355]] == pytest.approx(120.0, abs=2.0)
+
+
+def test_a_pair_with_legs_is_identical_before_onset() -> None:
+    plan = Plan(duration_s=60.0, legs=(Leg(10.0, altitude_ft=5200.0, speed_kt=95.0),))
+    residual = fly_pair(plan, Fault("engine_failure", 0.8, 40.0)).residual
+    assert not np.any(residual[:2000])
+    assert np.any(residual[2000:])
+
+
+@pytest.mark.parametrize(
+    ("legs", "message"),
+    [
+        ([{"start_s": 400.0}], "legs: must start one after the other, before the end"),
+        ([{"start_s": 50.0}, {"start_s": 10.0}], "legs: must start one after the other"),
+        ([{"begin": 50.0}], "legs: must be tables with start_s"),
+        ([{"start_s": 5.0, "speed_kt": 300.0}], "speed_kt: must lie in 80 to 115 kt"),
+    ],
+)
+def test_bad_legs_are_named(legs: list[dict[str, float]], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        Plan.from_dict({"legs": legs})
+
+
+def test_turbulence_is_a_level() -> None:
+    with pytest.raises(InputError, match="turbulence: must be 0, 1, 2, 3 or 4"):
+        Plan(weather=Weather(turbulence=1.5))
