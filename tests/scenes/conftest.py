@@ -4,58 +4,27 @@ import socket
 import threading
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 import uvicorn
 from fastapi import FastAPI
+from scenes_support import Flown, Site
 
 from app.scenes.recordings import Recordings
 from app.scenes.viser_proxy import ViserScenes
 from core.fmea.fault import Fault
-from core.jobs.events import SAMPLE_STRIDE, Samples
 from core.jobs.store import RunStore
 from core.twin.flight import fly_pair
 from core.twin.plan import Plan
-from core.twin.trajectory import Pair
-
-PLAN = Plan(heading_deg=350.0, duration_s=120.0, seed=5)
-FAULT = Fault("engine_failure", severity=0.8, onset_s=40.0)
-
-
-@dataclass(frozen=True)
-class Flown:
-    """A flown run: what was asked for and what came of it."""
-
-    plan: Plan
-    fault: Fault
-    pair: Pair
-
-    def samples(self, size: int = 25) -> list[Samples]:
-        """The run as the worker streams it: 5 Hz, in batches of ``size``."""
-        thin = self.pair[::SAMPLE_STRIDE]
-        starts = range(0, len(thin.mirror), size)
-        return [_samples(index, thin[index : index + size]) for index in starts]
-
-
-def _samples(index: int, block: Pair) -> Samples:
-    faulted, mirror = block.faulted, block.mirror
-    return Samples(
-        run_id="run",
-        index=index,
-        time_s=mirror.time_s.astype("f4"),
-        faulted=faulted.channels,
-        mirror=mirror.channels,
-        faulted_states=faulted.states.astype("f4"),
-        mirror_states=mirror.states.astype("f4"),
-    )
 
 
 @pytest.fixture(scope="session")
 def flown() -> Flown:
     """An engine failure, two minutes, heading a little west of north."""
-    return Flown(PLAN, FAULT, fly_pair(PLAN, FAULT))
+    plan = Plan(heading_deg=350.0, duration_s=120.0, seed=5)
+    fault = Fault("engine_failure", severity=0.8, onset_s=40.0)
+    return Flown(plan, fault, fly_pair(plan, fault))
 
 
 @pytest.fixture
@@ -64,20 +33,6 @@ def store(tmp_path: Path) -> Iterator[RunStore]:
     opened = RunStore(tmp_path / "store")
     yield opened
     opened.close()
-
-
-@dataclass(frozen=True)
-class Site:
-    """A web server with nothing but the two viewers."""
-
-    host: str
-    scenes: ViserScenes
-    recordings: Recordings
-
-    @property
-    def url(self) -> str:
-        """Its address."""
-        return f"http://{self.host}"
 
 
 @pytest.fixture
