@@ -62,8 +62,8 @@ _OFFSET = np.array([offset for _, _, offset in _STATE_PROPERTIES])
 
 
 @cache
-def _aircraft_folder() -> Path:
-    """A folder with JSBSim's own c172p plus our autopilot as a system of it.
+def _aircraft_folder() -> tempfile.TemporaryDirectory[str]:
+    """A folder with JSBSim's own c172p plus our autopilot as a system of it, gone at exit.
 
     The aircraft file comes from the installed JSBSim and is not copied into this repository.
     """
@@ -71,12 +71,11 @@ def _aircraft_folder() -> Path:
     original = (root / "aircraft" / "c172p" / "c172p.xml").read_text(encoding="utf-8")
     marker = '<flight_control name="FCS: c172">'
     if original.count(marker) != 1:
-        raise FlightError(
-            f"JSBSim {jsbsim.__version__} ships a c172p that MirrorTwin cannot extend"
-        )
-    folder = Path(tempfile.mkdtemp(prefix="mirrortwin-aircraft-"))
-    (folder / "c172p").mkdir()
-    (folder / "c172p" / "c172p.xml").write_text(
+        raise FlightError(f"JSBSim {jsbsim.__version__} ships a c172p that MirrorTwin cannot extend")
+    folder = tempfile.TemporaryDirectory(prefix="mirrortwin-aircraft-")
+    aircraft = Path(folder.name) / "c172p"
+    aircraft.mkdir()
+    (aircraft / "c172p.xml").write_text(
         original.replace(marker, '<system file="mirrortwin_autopilot"/>\n    ' + marker),
         encoding="utf-8",
     )
@@ -89,7 +88,7 @@ def _load() -> jsbsim.FGFDMExec:
     executive.set_debug_level(0)
     engine_folder = str(Path(jsbsim.get_default_root_dir()) / "engine")
     if not executive.load_model_with_paths(
-        "c172p", str(_aircraft_folder()), engine_folder, str(ASSETS / "aircraft")
+        "c172p", _aircraft_folder().name, engine_folder, str(ASSETS / "aircraft")
     ):
         raise FlightError("JSBSim could not load the c172p with the autopilot")
     executive.set_dt(DT_S)
