@@ -71,7 +71,7 @@ def _aircraft_folder() -> tempfile.TemporaryDirectory[str]:
     original = (root / "aircraft" / "c172p" / "c172p.xml").read_text(encoding="utf-8")
     marker = '<flight_control name="FCS: c172">'
     if original.count(marker) != 1:
-        raise FlightError(f"JSBSim {jsbsim.__version__} ships a c172p that MirrorTwin cannot extend")
+        raise FlightError(f"JSBSim {jsbsim.__version__} has a c172p that MirrorTwin cannot extend")
     folder = tempfile.TemporaryDirectory(prefix="mirrortwin-aircraft-")
     aircraft = Path(folder.name) / "c172p"
     aircraft.mkdir()
