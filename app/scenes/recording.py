@@ -78,7 +78,9 @@ class RunLog:
 
     def __init__(self, recording_id: str) -> None:
         """Begin an empty recording."""
-        self._recording = rr.RecordingStream(APPLICATION, recording_id=recording_id)
+        self._recording = rr.RecordingStream(
+            APPLICATION, recording_id=recording_id, send_properties=False
+        )
         self._bytes = rr.binary_stream(recording=self._recording)
         self._origin_ft = 0.0
         self._floor_km = 0.0
