@@ -112,7 +112,7 @@ def _local_cluster(n_workers: int) -> LocalCluster:
             host="127.0.0.1",
             dashboard_address="127.0.0.1:0",  # None would mean port 8787
             plugins=[IgnoreInterrupt()],
-            silence_logs=logging.ERROR,
+            silence_logs=logging.CRITICAL,  # what matters to a run, the engine says
         )
 
 

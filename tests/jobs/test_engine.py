@@ -9,7 +9,7 @@ import psutil
 import pytest
 from jobs_support import CRACK, SHORT_PLAN, read_all, read_until, samples_of
 
-from core.errors import InputError, StoreError, WorkerError
+from core.errors import FlightError, InputError, StoreError, WorkerError
 from core.fmea.fault import Fault
 from core.jobs.engine import RECENT_RUNS, Engine
 from core.jobs.events import (
@@ -26,7 +26,8 @@ from core.jobs.events import (
 )
 from core.jobs.store import SERVER_STOPPED, RunStore
 from core.jobs.worker import fly_run
-from core.twin.plan import Plan
+from core.twin.flight import PairFlight
+from core.twin.plan import Plan, Weather
 from core.twin.trajectory import Pair
 
 LONG_PLAN = Plan(duration_s=7200.0)
@@ -169,6 +170,16 @@ def test_bad_input_is_refused_before_anything_is_stored(engine: Engine) -> None:
     with pytest.raises(InputError, match="onset_s"):
         engine.submit(SHORT_PLAN, Fault("baffle_crack", onset_s=50.0))
     assert len(engine.store.records()) == before
+
+
+def test_a_plan_that_cannot_be_flown_says_why(engine: Engine) -> None:
+    plan = Plan(altitude_ft=9000.0, speed_kt=115.0, weather=Weather(isa_deviation_degc=-20.0))
+    with pytest.raises(FlightError) as caught:
+        PairFlight(plan, CRACK)
+    run_id = engine.submit(plan, CRACK)
+    final = read_all(engine.subscribe(run_id))[-1]
+    assert final == Failed(run_id, str(caught.value), retryable=False)
+    assert engine.wait(run_id).error == str(caught.value)
 
 
 def test_an_unknown_run_is_named(engine: Engine) -> None:

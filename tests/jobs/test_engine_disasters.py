@@ -14,7 +14,7 @@ import psutil
 import pytest
 from jobs_support import CRACK, SHORT_PLAN, read_all, read_until, samples_of
 
-from core.errors import WorkerError
+from core.errors import StoreError, WorkerError
 from core.fmea.fault import Fault
 from core.jobs.engine import CONNECTION_LOST, WORKER_DIED, Engine
 from core.jobs.events import Failed, Finished, Progress, Samples, Started
@@ -45,6 +45,7 @@ def kill_flying_worker(engine: Engine) -> int:
     return int(pid)
 
 
+@pytest.mark.slow
 def test_a_killed_worker_costs_a_run_nothing_but_time(doomed: Engine) -> None:
     run_id = doomed.submit(PLAN, CRACK)
     subscription = doomed.subscribe(run_id)
@@ -63,6 +64,7 @@ def test_a_killed_worker_costs_a_run_nothing_but_time(doomed: Engine) -> None:
     assert stored.faulted.channels.tobytes() == undisturbed.faulted.channels.tobytes()
 
 
+@pytest.mark.slow
 def test_a_run_that_loses_two_workers_fails_and_can_be_run_again(doomed: Engine) -> None:
     run_id = doomed.submit(PLAN, CRACK)
     subscription = doomed.subscribe(run_id)
@@ -78,6 +80,7 @@ def test_a_run_that_loses_two_workers_fails_and_can_be_run_again(doomed: Engine)
     assert (doomed.store.get(run_id).error, doomed.store.get(run_id).attempts) == (None, 1)
 
 
+@pytest.mark.slow
 def test_a_killed_servers_run_is_marked_when_the_next_one_starts(tmp_path: Path) -> None:
     program = (
         "import sys; from pathlib import Path; from core.jobs.engine import Engine;"
@@ -114,6 +117,7 @@ def test_a_killed_servers_run_is_marked_when_the_next_one_starts(tmp_path: Path)
     assert alive == []  # the orphaned workers have gone by themselves
 
 
+@pytest.mark.slow
 def test_a_full_disk_fails_the_run_and_harms_no_other(
     disk: Callable[[str], Path], short_pair: Pair
 ) -> None:
@@ -135,6 +139,18 @@ def test_a_full_disk_fails_the_run_and_harms_no_other(
     finally:
         engine.close()
         store.close()
+
+
+def test_a_read_only_store_refuses_runs_but_not_the_server(disk: Callable[[str], Path]) -> None:
+    disk("size=1m")
+    store = RunStore(disk("ro") / "store")
+    engine = Engine(store, n_workers=1)
+    try:
+        with pytest.raises(StoreError, match=r"(?i)read-only") as caught:
+            engine.submit(SHORT_PLAN, CRACK)
+        assert str(store.root) in str(caught.value)
+    finally:
+        engine.close()
 
 
 # -- a scheduler elsewhere -----------------------------------------------------------------------
