@@ -22,6 +22,7 @@ COMMANDS: dict[str, str] = {
     "dataset": "fly the labelled flights that the networks learn from",
     "train": "train the diagnosis network on a data set",
     "bench": "measure the speed of the twin",
+    "experiment": "make a result of the paper again",
 }
 
 _EPILOG = """\

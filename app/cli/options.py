@@ -58,7 +58,8 @@ def add_plan_options(parser: argparse.ArgumentParser) -> None:
 
 def requested_plan(args: argparse.Namespace) -> Plan:
     """The plan that the options ask for; raises `InputError` naming the field that cannot be."""
-    plan = load_plan(args.plan) if args.plan else Plan.sampled(args.seed or 0)
+    seed = Plan(seed=args.seed or 0).seed  # refused here where it is out of range
+    plan = load_plan(args.plan) if args.plan else Plan.sampled(seed)
     names = ("seed", "power", "conditions", *(field for _, _, field, _ in _PLAN_OPTIONS))
     weather = _given(args, tuple(field for _, _, field, _ in _WEATHER_OPTIONS))
     return replace(plan, **_given(args, names), weather=replace(plan.weather, **weather))

@@ -34,6 +34,7 @@ SIMULATE = ("simulate", "--out", "OUT")
         (("dataset", "--out", "OUT", "--runs-per-class", "1"), ["runs_per_class:", "1"]),
         (("train", "--data", "nowhere", "--out", "OUT"), ["data:", "nowhere"]),
         (("bench", "--rounds", "0"), ["rounds:", "0"]),
+        (("experiment", "fig99"), ["fig99", "fig6"]),
     ],
 )
 def test_a_bad_request_is_one_clear_line(mirrortwin, arguments, expected):

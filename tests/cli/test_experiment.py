@@ -1,0 +1,35 @@
+"""experiment and bench: what they write and print, on as little data as they take."""
+
+import json
+
+import pytest
+
+from app.cli.experiment import EXPERIMENTS
+
+
+@pytest.mark.slow
+def test_an_experiment_leaves_figures_a_picture_and_a_page(mirrortwin, tmp_path):
+    done = mirrortwin("experiment", "fig7", "--quick", "--out", "OUT", "--json")
+    assert done.returncode == 0, done.stderr
+    written = json.loads((tmp_path / "out" / "fig7.json").read_text())
+    assert json.loads(done.stdout) == written
+    assert written["experiment"] == "fig7"
+    assert written["settings"]["quick"] is True
+    assert (tmp_path / "out" / "fig7.png").read_bytes().startswith(b"\x89PNG")
+    assert "plotly" in (tmp_path / "out" / "fig7.html").read_text().lower()
+
+
+def test_every_experiment_is_named_in_help(mirrortwin):
+    told = mirrortwin("experiment", "--help").stdout
+    assert all(f"  {name} " in told for name in EXPERIMENTS)
+
+
+def test_bench_prints_ratios_to_the_bare_loop(mirrortwin):
+    done = mirrortwin("bench", "--rounds", "2", "--json")
+    assert done.returncode == 0, done.stderr
+    speed = json.loads(done.stdout)
+    assert speed["steps"] == 15_000
+    assert 1.0 < speed["trajectory_ratio"] < speed["pair_ratio"]
+    assert speed["trajectory_s"] / speed["bare_s"] == pytest.approx(
+        speed["trajectory_ratio"], rel=0.5
+    )
