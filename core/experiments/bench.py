@@ -1,6 +1,7 @@
 """How fast the twin flies, as multiples of JSBSim's bare loop in the same process.
 
 Seconds say more of the machine than of the code; ratios to `FGFDMExec.run` carry across machines.
+Seconds are CPU time of this process, all threads, so that what else the machine does is left out.
 """
 
 import time
@@ -22,11 +23,11 @@ FAULT = Fault("cylinder_compression", severity=0.8, onset_s=60.0)
 
 @dataclass(frozen=True, slots=True)
 class Speed:
-    """Medians over ``rounds``: seconds of each piece of work, and its ratio to the bare loop.
+    """Medians over ``rounds``: CPU seconds of each piece of work, and its ratio to the bare loop.
 
     ``trajectory_ratio``: one flight complete with autopilot, fault and 23 channels.
     ``pair_ratio``: that flight and its mirror. A ratio is taken within its round, where both
-    times met the same load.
+    times met the same machine.
     """
 
     trajectory_ratio: float
@@ -74,6 +75,7 @@ def bare_loop_s(plan: Plan) -> float:
     """
     jsbsim.set_logger(jsbsim.DefaultLogger(jsbsim.LogLevel.FATAL))
     executive = jsbsim.FGFDMExec(None)
+    executive.set_debug_level(0)
     executive.load_model("c172p")
     executive.set_dt(DT_S)
     executive["ic/h-sl-ft"] = plan.altitude_ft
@@ -93,6 +95,6 @@ def bare_loop_s(plan: Plan) -> float:
 
 
 def _seconds(work: Callable[[], object]) -> float:
-    started = time.perf_counter()
+    started = time.process_time()
     work()
-    return time.perf_counter() - started
+    return time.process_time() - started
