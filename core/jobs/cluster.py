@@ -43,6 +43,7 @@ class Cluster:
         """
         self.scheduler = scheduler
         self._lock = threading.Lock()
+        self._closed = False
         self._local = None if scheduler else _local_cluster(n_workers)
         self._client, self._warm = self._connected()
 
@@ -52,6 +53,8 @@ class Cluster:
         A scheduler that went away is tried again, which may take `CONNECT_TIMEOUT_S`.
         """
         with self._lock:
+            if self._closed:
+                raise WorkerError("the server is stopping and takes no more runs")
             if self._client.status == "closed":
                 self._client, self._warm = self._connected()
             return self._client
@@ -65,6 +68,8 @@ class Cluster:
 
     def close(self) -> None:
         """Close the connection, and the workers where they are ours."""
+        with self._lock:
+            self._closed = True
         self._client.close()
         if self._local is not None:
             self._local.close()

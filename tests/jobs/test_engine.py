@@ -250,5 +250,7 @@ def test_a_closed_engine_leaves_no_run_open(tmp_path: Path) -> None:
     for run_id in (flying, waiting):
         assert (store.get(run_id).status, store.get(run_id).error) == ("failed", SERVER_STOPPED)
     assert isinstance(read_all(reader)[-1], Failed)
+    with pytest.raises(WorkerError, match="stopping"):
+        engine.submit(SHORT_PLAN, CRACK)
     _, alive = psutil.wait_procs(own, timeout=10)
     assert alive == []
