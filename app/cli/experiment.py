@@ -5,12 +5,14 @@ from importlib import import_module
 from pathlib import Path
 
 from app.cli.output import print_json, progress, writable_folder
-from core.paths import MODELS
+
+QUICK_FOLDER = Path("quick-results")
 
 EXPERIMENTS: dict[str, str] = {
     "fig6": "paths in 3D and from the side, five faults and nominal",
     "fig7": "six key channels, five faults and nominal",
     "signs": "does every fault move every channel the way engineers say?",
+    "speed": "what a flight costs, in bare JSBSim loops (some minutes; on a quiet machine)",
 }
 """Each is a module of `core.experiments` with ``run(quick, progress)``."""
 
@@ -35,17 +37,21 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--quick", action="store_true", help="less data: proves the path, not the result"
     )
     parser.add_argument(
-        "--out", type=Path, default=MODELS / "results", metavar="DIR",
-        help="where the files go (default: models/results of this installation)",
+        "--out", type=Path, metavar="DIR",
+        help="where the files go (default: models/results of this installation, with --quick "
+        f"./{QUICK_FOLDER})",
     )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print the JSON file too")
 
 
 def run(args: argparse.Namespace) -> None:
-    """Run one experiment and write its files; raises `FlightError` or `StoreError`."""
-    from core.experiments.results import write_result
+    """Run one experiment and write its files.
 
-    out = writable_folder(args.out)
+    Raises `FlightError`, `StoreError`, or `MirrorTwinError` where no browser can print the picture.
+    """
+    from core.experiments.results import RESULTS, write_result
+
+    out = writable_folder(args.out or (QUICK_FOLDER if args.quick else RESULTS))
     with progress(args.name) as show:
         result = import_module(f"core.experiments.{args.name}").run(args.quick, show)
     content = write_result(result, out)

@@ -24,8 +24,9 @@ def test_every_experiment_is_named_in_help(mirrortwin):
     assert all(f"  {name} " in told for name in EXPERIMENTS)
 
 
+@pytest.mark.slow
 def test_bench_prints_ratios_to_the_bare_loop(mirrortwin):
-    done = mirrortwin("bench", "--rounds", "2", "--json")
+    done = mirrortwin("bench", "--rounds", "2", "--quick", "--json")
     assert done.returncode == 0, done.stderr
     speed = json.loads(done.stdout)
     assert speed["steps"] == 15_000
@@ -33,3 +34,5 @@ def test_bench_prints_ratios_to_the_bare_loop(mirrortwin):
     assert speed["trajectory_s"] / speed["bare_s"] == pytest.approx(
         speed["trajectory_ratio"], rel=0.5
     )
+    assert 0.7 < speed["long_flight_cost_ratio"] < 1.3
+    assert 0.0 < speed["two_worker_speedup"] < 2.5
