@@ -14,6 +14,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
 from dash.backends.ws import DashWebsocketCallback
 from dash.exceptions import WebsocketDisconnected
 
@@ -97,6 +98,16 @@ async def frames(
             batch.append(more)
         next_frame_s = loop.time() + period_s
         yield batch
+
+
+def _joined(batch: list[events.Event]) -> events.Samples | None:
+    """All samples of a batch as one event: the 3D scene is drawn anew for each."""
+    parts = [event for event in batch if isinstance(event, events.Samples)]
+    if len(parts) < 2:
+        return parts[0] if parts else None
+    columns = ("time_s", "faulted", "mirror", "faulted_states", "mirror_states")
+    joined = {name: np.concatenate([getattr(part, name) for part in parts]) for name in columns}
+    return events.Samples(parts[0].run_id, parts[0].index, **joined)
 
 
 @dataclass(slots=True)
@@ -201,9 +212,8 @@ class Session:
         try:
             async for batch in frames(subscription):
                 seen.update(type(event) for event in batch)
-                for event in batch:
-                    if isinstance(event, events.Samples):
-                        await asyncio.to_thread(scene.extend, event)
+                if samples := _joined(batch):
+                    await asyncio.to_thread(scene.extend, samples)
                 updates = await asyncio.to_thread(view.changes, batch)
                 view.taken = await page.send([*opening, *updates])
                 opening = []

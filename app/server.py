@@ -120,8 +120,9 @@ def _dash_app(server: FastAPI) -> Dash:
         update_title="",
         suppress_callback_exceptions=True,
         on_error=callbacks.tell,
-        # Send at once, and never hang up on a page that merely waits.
-        websocket_batch_delay=0,
+        # A frame's updates travel together, so that the page renders once for all of them.
+        websocket_batch_delay=0.005,
+        # Never hang up on a page that merely waits.
         websocket_inactivity_timeout=0,
         enable_mcp=False,
         meta_tags=[{"name": "viewport", "content": "width=device-width, initial-scale=1"}],

@@ -12,7 +12,15 @@ from dash.exceptions import PreventUpdate
 from app.live import UNEXPECTED, Page, Sessions
 from app.pages import fly, missing, runs
 from app.pages.run_view import alert
-from app.pages.setup import FIELDS, error_id, fault_note, field_id, read_form, takes_cylinder
+from app.pages.setup import (
+    FIELDS,
+    WEATHER_FIELDS,
+    error_id,
+    fault_note,
+    field_id,
+    read_form,
+    takes_cylinder,
+)
 from app.pages.shell import Address, read_address, run_path
 from app.recorder import Recorder
 from core.errors import InputError, MirrorTwinError
@@ -139,6 +147,7 @@ def _register_runs(app: Dash, services: Services) -> None:
         output={
             "path": Output("url", "pathname", allow_duplicate=True),
             "errors": {name: Output(error_id(name), "error") for name in FIELDS},
+            "weather": Output("weather", "open"),
         },
         inputs={
             "clicks": Input("run", "n_clicks"),
@@ -163,7 +172,9 @@ def _register_runs(app: Dash, services: Services) -> None:
             errors[error.field] = error.problem
         except MirrorTwinError as error:
             _alert("The run could not be started", str(error))
-        return {"path": path, "errors": errors}
+        # The weather may be folded away: an error in it must be seen.
+        unfold = any(errors[name] for name in WEATHER_FIELDS) or no_update
+        return {"path": path, "errors": errors, "weather": unfold}
 
     @app.callback(
         Output("url", "pathname", allow_duplicate=True),

@@ -123,6 +123,7 @@ def _run_bar() -> html.Section:
                 className="run-progress",
             ),
             html.Div(id="alert"),
+            html.Div(id="flight-events"),
         ],
         className="panel run-bar",
         **attributes(aria_label="Run"),

@@ -9,7 +9,8 @@ import numpy as np
 from dash import html
 
 from app.pages import fly
-from app.pages.setup import DEFAULT_PLAN, error_id, field_id, form_values, takes_cylinder
+from app.pages.setup import DEFAULT_PLAN, error_id, field_id, form_values
+from app.pages.words import STAGES, STATUS_WORDS, event_line, run_subtitle, run_title
 from app.panels.axes import Array, clock
 from app.panels.probabilities import class_colours, leaders, probability_figure
 from app.panels.residuals import heat_strip
@@ -19,6 +20,7 @@ from core.fmea.catalogue import catalogue
 from core.jobs import events
 from core.jobs.records import RunRecord, Status
 from core.report.report import Report
+from core.twin.events import FlightEvent, flight_events
 from core.twin.trajectory import Pair
 
 LIVE_POINTS = 1500
@@ -26,21 +28,7 @@ LIVE_POINTS = 1500
 
 STREAM_HZ = 5.0
 
-STAGES: dict[events.Stage, str] = {
-    "waiting": "Waiting for a worker",
-    "flying": "Flying",
-    "diagnosing": "Diagnosing",
-    "reporting": "Writing the report",
-    "storing": "Storing",
-}
-
-STATUS_WORDS: dict[Status, str] = {
-    "queued": "Queued",
-    "running": "Flying",
-    "done": "Done",
-    "failed": "Failed",
-    "cancelled": "Cancelled",
-}
+SHOWN_EVENTS = 4
 
 
 class Update(NamedTuple):
@@ -69,32 +57,6 @@ def alert(kind: str, title: str, message: str) -> Update:
     colour = {"error": "red", "warning": "yellow"}[kind]
     return Update(
         "alert", "children", dmc.Alert(message, title=title, color=colour, variant="light", mt=10)
-    )
-
-
-def mode_name(mode: str) -> str:
-    """What people call a mode; its id where the catalogue has dropped it."""
-    modes = catalogue()
-    return modes[mode].name if mode in modes else mode
-
-
-def run_title(record: RunRecord) -> str:
-    """The fault of a run in a few words: what, where and how bad."""
-    fault = record.fault
-    if fault.mode == "nominal":
-        return mode_name(fault.mode)
-    where = f", cylinder {fault.target_cylinder}" if takes_cylinder(fault.mode) else ""
-    return f"{mode_name(fault.mode)}{where}, severity {fault.severity:.2f}"
-
-
-def run_subtitle(record: RunRecord) -> str:
-    """The plan of a run in one line, with units."""
-    plan, fault = record.plan, record.fault
-    onset = "" if fault.mode == "nominal" else f"onset {clock(fault.onset_s)}, "
-    return (
-        f"{onset}{plan.altitude_ft:,.0f} ft, {plan.speed_kt:.0f} kt, "
-        f"heading {plan.heading_deg:03.0f}°, {clock(plan.duration_s)} long, "
-        f"{plan.conditions}, seed {plan.seed}"
     )
 
 
@@ -172,6 +134,7 @@ class RunView:
         return [
             Update("flight", "data", whole(self._tiles, pair)),
             Update(fly.STRIP_ID, "figure", strip),
+            Update("flight-events", "children", _event_lines(flight_events(pair.faulted))),
         ]
 
     def diagnosed(self, diagnosis: Diagnosis) -> list[Update]:
@@ -272,6 +235,7 @@ def reported(report: Report) -> list[Update]:
 def _cleared() -> list[Update]:
     return [
         Update("alert", "children", None),
+        Update("flight-events", "children", None),
         Update("progress", "value", 0),
         Update("stage", "children", ""),
         Update("ranking", "children", html.P(fly.RANKING_HINT, className="note")),
@@ -292,6 +256,16 @@ def _buttons(*, live: bool, finished: bool, retryable: bool) -> list[Update]:
         Update("run", "disabled", live),
         *(Update(name, "display", "block" if on else "none") for name, on in shown.items()),
     ]
+
+
+def _event_lines(found: Sequence[FlightEvent]) -> html.Ul | None:
+    """What a pilot would report of the faulted flight, the first few in the order of time."""
+    if not found:
+        return None
+    lines = [html.Li(event_line(event)) for event in found[:SHOWN_EVENTS]]
+    if len(found) > SHOWN_EVENTS:
+        lines.append(html.Li(f"and {len(found) - SHOWN_EVENTS} more"))
+    return html.Ul(lines, className="flight-events")
 
 
 def _ranking(names: dict[str, str], ranking: Iterable[str], shares: dict[str, float]) -> html.Ol:

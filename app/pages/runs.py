@@ -7,8 +7,8 @@ import dash_mantine_components as dmc
 from dash import dcc, html
 
 from app.pages.attributes import attributes
-from app.pages.run_view import STATUS_WORDS, mode_name, run_subtitle, run_title
 from app.pages.shell import run_path
+from app.pages.words import STATUS_WORDS, mode_name, run_subtitle, run_title
 from core.jobs.records import RunRecord
 
 SHOWN = 200

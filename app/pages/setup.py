@@ -1,21 +1,27 @@
 """The form on the left: what to fly and what to break, and reading it back."""
 
 from collections.abc import Mapping
+from dataclasses import asdict, fields
 from typing import Any
 
 import dash_mantine_components as dmc
 from dash import html
 
 from app.pages.attributes import attributes
+from app.panels.sensors import unit_label
 from core.errors import InputError
 from core.fmea.catalogue import catalogue
 from core.fmea.fault import Fault
-from core.twin.plan import PLAN_RANGES, Plan
+from core.twin.plan import PLAN_RANGES, Plan, Weather
 
 DEFAULT_PLAN = Plan(seed=7)
 DEFAULT_FAULT = Fault("cylinder_compression", severity=0.8, onset_s=60.0)
 
+_ONSET_RANGE = (0.0, PLAN_RANGES["duration_s"][1], "s")
+
 AUTO_CYLINDER = "auto"
+
+WEATHER_FIELDS: tuple[str, ...] = tuple(field.name for field in fields(Weather))
 
 FIELDS: tuple[str, ...] = (
     "altitude_ft",
@@ -25,6 +31,7 @@ FIELDS: tuple[str, ...] = (
     "seed",
     "power",
     "conditions",
+    *WEATHER_FIELDS,
     "fault",
     "severity",
     "onset_s",
@@ -56,6 +63,7 @@ def form_values(plan: Plan, fault: Fault) -> dict[str, Any]:
         "seed": plan.seed,
         "power": plan.power,
         "conditions": plan.conditions,
+        **asdict(plan.weather),
         "fault": fault.mode,
         "severity": fault.severity,
         "onset_s": fault.onset_s,
@@ -65,9 +73,9 @@ def form_values(plan: Plan, fault: Fault) -> dict[str, Any]:
 
 def read_form(values: Mapping[str, Any]) -> tuple[Plan, Fault]:
     """The plan and the fault that the controls describe; raises `InputError` naming the field."""
-    for name in ("altitude_ft", "speed_kt", "heading_deg", "duration_s", "onset_s", "seed"):
+    for name in FIELDS:
         if values[name] in ("", None):
-            raise InputError(name, f"needs a number{_range_words(name)}")
+            raise InputError(name, f"needs a value{_range_words(name)}")
     plan = Plan(
         altitude_ft=values["altitude_ft"],
         speed_kt=values["speed_kt"],
@@ -76,6 +84,7 @@ def read_form(values: Mapping[str, Any]) -> tuple[Plan, Fault]:
         seed=values["seed"],
         power=values["power"],
         conditions=values["conditions"],
+        weather=Weather(**{name: values[name] for name in WEATHER_FIELDS}),
     )
     cylinder = values["cylinder"]
     fault = Fault(
@@ -114,6 +123,13 @@ def setup_panel() -> html.Div:
                 [
                     html.H2("Flight plan", className="panel-title"),
                     html.Div(_plan_fields(values), className="field-grid"),
+                    html.Details(
+                        [
+                            html.Summary("Weather"),
+                            html.Div(_weather_fields(values), className="field-grid"),
+                        ],
+                        id="weather",
+                    ),
                 ]
             ),
             html.Section(
@@ -166,6 +182,15 @@ def _plan_fields(values: Mapping[str, Any]) -> list[Any]:
     ]
 
 
+def _weather_fields(values: Mapping[str, Any]) -> list[Any]:
+    return [
+        _number("isa_deviation_degc", "ISA deviation", values, step=1),
+        _number("turbulence", "Turbulence", values, step=1),
+        _number("wind_kt", "Wind", values, step=1),
+        _number("wind_from_deg", "Wind from", values, step=10),
+    ]
+
+
 def _fault_fields(values: Mapping[str, Any]) -> list[Any]:
     return [
         dmc.Select(
@@ -200,7 +225,13 @@ def _fault_fields(values: Mapping[str, Any]) -> list[Any]:
         ),
         html.Div(
             [
-                _number("onset_s", "Onset", values, step=5, limits=(0.0, 7200.0, "s")),
+                _number(
+                    "onset_s",
+                    "Onset",
+                    values,
+                    step=5,
+                    limits=(0.0, PLAN_RANGES["duration_s"][1], "s"),
+                ),
                 _choice(
                     "cylinder",
                     "Cylinder",
@@ -244,10 +275,10 @@ def _number(
     return dmc.NumberInput(
         id=field_id(name),
         label=label,
-        description=f"{low:,.0f} to {high:,.0f} {unit}",
+        description=f"{low:,.0f} to {high:,.0f} {unit_label(unit)}".replace("-", "−"),
         value=values[name],
         step=step,
-        suffix=f" {unit}",
+        suffix=f" {unit_label(unit)}",
         # Never correct silently what was typed: the error names the range instead.
         clampBehavior="none",
         size="xs",

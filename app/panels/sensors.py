@@ -16,7 +16,7 @@ from core.twin.trajectory import Pair
 POINTS_PER_LINE = 400
 """About two a pixel of a tile, so that MinMaxLTTB keeps every spike; 0.5 MB for all tiles."""
 
-UNIT_LABELS = {"degF": "°F", "degC": "°C", "fpm": "ft/min", "gph": "gal/h"}
+UNIT_LABELS = {"degF": "°F", "degC": "°C", "deg": "°", "fpm": "ft/min", "gph": "gal/h"}
 
 
 def unit_label(unit: str) -> str:

@@ -1,0 +1,82 @@
+"""Runs in words: titles, plans, stages and flight events, with their units."""
+
+from app.pages.setup import takes_cylinder
+from app.panels.axes import clock
+from app.panels.sensors import unit_label
+from core.channels import channel
+from core.fmea.catalogue import catalogue
+from core.jobs.events import Stage
+from core.jobs.records import RunRecord, Status
+from core.twin.events import FlightEvent
+
+STAGES: dict[Stage, str] = {
+    "waiting": "Waiting for a worker",
+    "flying": "Flying",
+    "diagnosing": "Diagnosing",
+    "reporting": "Writing the report",
+    "storing": "Storing",
+}
+
+STATUS_WORDS: dict[Status, str] = {
+    "queued": "Queued",
+    "running": "Flying",
+    "done": "Done",
+    "failed": "Failed",
+    "cancelled": "Cancelled",
+}
+
+
+_EVENT_NAMES = {"stall": "stall, angle of attack", "lost_control": "control lost, bank"}
+
+
+def mode_name(mode: str) -> str:
+    """What people call a mode; its id where the catalogue has dropped it."""
+    modes = catalogue()
+    return modes[mode].name if mode in modes else mode
+
+
+def run_title(record: RunRecord) -> str:
+    """The fault of a run in a few words: what, where and how bad."""
+    fault = record.fault
+    if fault.mode == "nominal":
+        return mode_name(fault.mode)
+    where = f", cylinder {fault.target_cylinder}" if takes_cylinder(fault.mode) else ""
+    return f"{mode_name(fault.mode)}{where}, severity {fault.severity:.2f}"
+
+
+def run_subtitle(record: RunRecord) -> str:
+    """The plan of a run in one line, with units."""
+    plan, fault = record.plan, record.fault
+    parts = [
+        f"onset {clock(fault.onset_s)}" if fault.mode != "nominal" else "no onset",
+        f"{plan.altitude_ft:,.0f} ft",
+        f"{plan.speed_kt:.0f} kt",
+        f"heading {plan.heading_deg:03.0f}°",
+        f"{clock(plan.duration_s)} long",
+        plan.conditions,
+        f"seed {plan.seed}",
+    ]
+    weather = plan.weather
+    if plan.power == "speed_hold":
+        parts.append("speed hold")
+    if weather.isa_deviation_degc:
+        parts.append(f"ISA {weather.isa_deviation_degc:+g} °C")
+    if weather.wind_kt:
+        parts.append(f"wind {weather.wind_from_deg:03.0f}° {weather.wind_kt:g} kt")
+    if weather.turbulence:
+        parts.append(f"turbulence {weather.turbulence:g}")
+    if plan.legs:
+        parts.append(f"{len(plan.legs)} legs")
+    return ", ".join(parts)
+
+
+def event_line(event: FlightEvent) -> str:
+    """An excursion of a flight: when, what and how far."""
+    unit = unit_label(event.unit)
+    times = f"{clock(event.start_s)} to {clock(event.end_s)}"
+    if event.kind in _EVENT_NAMES:
+        return f"{times}: {_EVENT_NAMES[event.kind]}, {event.value:.0f}{unit}"
+    limit = channel(event.kind)
+    side = "above" if event.value > event.limit else "below"
+    worst = f"{event.value:.{limit.decimals}f}"
+    return f"{times}: {limit.label} {side} {event.limit:g} {unit}, worst {worst} {unit}"
