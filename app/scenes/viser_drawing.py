@@ -26,6 +26,8 @@ class Drawing:
     def __init__(self, scene: viser.SceneApi) -> None:
         """Draw into ``scene``; `clear` must be called before anything else."""
         self._scene = scene
+        scene.configure_environment_map("city", environment_intensity=0.6)
+        scene.configure_default_lights(cast_shadow=False)
         self._dark = False
         self._lines: dict[str, viser.LineSegmentsHandle] = {}
         self._ribbons: dict[str, viser.MeshHandle] = {}
@@ -41,8 +43,6 @@ class Drawing:
         for handles in (self._lines, self._ribbons, self._labels, self._aircraft):
             handles.clear()
         colours = palette(dark)
-        self._scene.configure_environment_map("city", environment_intensity=0.6)
-        self._scene.configure_default_lights(cast_shadow=False)
         self._grid = self._scene.add_grid(
             "/ground",
             cell_size=1.0,

@@ -38,11 +38,14 @@ _CSP = (
 )
 
 # The client reconnects only while its document has the focus, which an iframe rarely has. Its
-# control panel and its notice about software rendering are for viser's own users.
+# control panel and its notice about software rendering are for viser's own users. It fades the
+# canvas in, and leaves it half faded if the server's environment map comes before the fade ends.
 _INJECTED = """<script>document.hasFocus = () => true;</script>
 <style>
 html, body { background: %(light_bottom)s; }
-canvas[data-engine] { background: linear-gradient(%(light_top)s, %(light_bottom)s); }
+canvas[data-engine] {
+  background: linear-gradient(%(light_top)s, %(light_bottom)s); opacity: 1 !important;
+}
 [data-mantine-color-scheme="dark"] body { background: %(dark_bottom)s; }
 [data-mantine-color-scheme="dark"] canvas[data-engine] {
   background: linear-gradient(%(dark_top)s, %(dark_bottom)s);
