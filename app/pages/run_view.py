@@ -28,6 +28,9 @@ LIVE_POINTS = 1500
 
 STREAM_HZ = 5.0
 
+STRIP_FRAMES = 20
+"""The heat strip is drawn anew this often at most: each time costs 19 kB."""
+
 SHOWN_EVENTS = 4
 
 
@@ -77,6 +80,7 @@ class RunView:
     def _begin(self) -> None:
         """Start with empty tiles, forgetting what an attempt that came to nothing has sent."""
         self._tiles = cleared(secrets.token_hex(8), self.duration_s, self.onset_s)
+        self._strip_s = 0.0
         self._samples: list[events.Samples] = []
         self._windows: list[events.Probabilities] = []
 
@@ -158,10 +162,15 @@ class RunView:
             faulted[thin][start:],
             mirror[thin][start:],
         )
-        strip = heat_strip(
-            time_s, faulted - mirror, duration_s=self.duration_s, onset_s=self.onset_s
-        )
-        return [Update("flight", "data", tiles), Update(fly.STRIP_ID, "figure", strip)]
+        updates = [Update("flight", "data", tiles)]
+        flown_s = float(time_s[-1])
+        if flown_s - self._strip_s >= self.duration_s / STRIP_FRAMES:
+            self._strip_s = flown_s
+            strip = heat_strip(
+                time_s, faulted - mirror, duration_s=self.duration_s, onset_s=self.onset_s
+            )
+            updates.append(Update(fly.STRIP_ID, "figure", strip))
+        return updates
 
     def _held(self) -> int:
         """How many samples of this very flight the page has said to hold."""

@@ -20,6 +20,9 @@ from app.panels.axes import (
 
 LEADERS = len(theme.CLASS_COLOURS)
 
+NEGLIGIBLE = 0.02
+"""Below this throughout, a class's line would lie on the axis: it is left out."""
+
 MIN_LEAD_WINDOWS = 6
 """A class that leads for half a minute has its name on the chart."""
 
@@ -44,7 +47,7 @@ def probability_figure(
     duration_s: float,
     onset_s: float | None,
 ) -> Figure:
-    """Probability of every class over the flight.
+    """Probability of every class that matters over the flight.
 
     ``names`` maps the 20 ids, in the order of the columns of ``probabilities`` (k, 20), to what
     people call them; ``time_s`` (k,) is the end of each window; ``ranking`` names the classes to
@@ -70,7 +73,8 @@ def probability_figure(
     )
     columns = {mode: index for index, mode in enumerate(names)}
     # Leaders last, so that they lie on top.
-    order = sorted(names, key=lambda mode: mode in colours)
+    likely = [mode for mode in names if shares[:, columns[mode]].max(initial=0.0) >= NEGLIGIBLE]
+    order = [*(mode for mode in likely if mode not in colours), *reversed(colours)]
     traces = [
         {
             "type": "scatter",

@@ -1,0 +1,150 @@
+"""From the events of a run to what the page shows."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+from dash._utils import to_json
+
+from app.pages import run_view
+from app.pages.run_view import RunView, Update
+from core.channels import N_CHANNELS
+from core.diagnosis.diagnosis import Diagnosis
+from core.fmea.catalogue import class_ids
+from core.fmea.fault import Fault
+from core.jobs import events
+from core.jobs.records import RunRecord, new_run_id
+from core.report.report import Report, Section
+from core.twin.flight import fly_pair
+from core.twin.plan import Plan
+from core.twin.trajectory import STATE_NAMES
+
+
+def view_of(duration_s: float = 300.0, mode: str = "engine_failure") -> RunView:
+    plan = Plan(duration_s=duration_s, seed=3)
+    return RunView(
+        RunRecord(new_run_id(), "2026-11-23T06:15:00+00:00", "queued", plan, Fault(mode, 0.8, 60.0))
+    )
+
+
+def samples(start: int, n: int) -> events.Samples:
+    rng = np.random.default_rng(start)
+    channels = rng.normal(50.0, 5.0, (2, n, N_CHANNELS)).astype(np.float32)
+    states = np.zeros((n, len(STATE_NAMES)), dtype=np.float32)
+    time_s = ((start + np.arange(n)) / 5.0).astype(np.float32)
+    return events.Samples("r", start, time_s, channels[0], channels[1], states, states)
+
+
+def shown(updates: Sequence[Update]) -> dict[tuple[str, str], Any]:
+    """The last value of each property, as the page would have it."""
+    return {(item.component_id, item.prop): item.value for item in updates}
+
+
+def diagnosis() -> Diagnosis:
+    classes = class_ids()
+    shares = np.full(20, 0.01, dtype=np.float32)
+    shares[classes.index("engine_failure")] = 0.81
+    over_time = np.tile(shares, (3, 1))
+    return Diagnosis(
+        classes, np.array([30.0, 35.0, 40.0]), over_time, shares, (), 60.0, "cnn", "lab"
+    )
+
+
+def test_opening_fills_the_form_unless_it_holds_the_run_already() -> None:
+    view = view_of()
+    assert shown(view.opening(fill_form=True))["field-fault", "value"] == "engine_failure"
+    assert not any(item.component_id.startswith("field-") for item in view.opening(fill_form=False))
+
+
+def test_samples_go_out_from_where_the_page_stands() -> None:
+    view = view_of()
+    first = shown(view.changes([events.Started("r", 1), samples(0, 25)]))["flight", "data"]
+    assert first["start"] == 0
+    view.taken = {"key": first["key"], "count": 25}
+    assert shown(view.changes([samples(25, 25)]))["flight", "data"]["start"] == 25
+
+
+def test_samples_that_the_page_has_missed_are_sent_again() -> None:
+    view = view_of()
+    first = shown(view.changes([samples(0, 25)]))["flight", "data"]
+    view.taken = {"key": first["key"], "count": 0}
+    assert shown(view.changes([samples(25, 25)]))["flight", "data"]["start"] == 0
+    view.taken = {"key": "of another flight", "count": 50}
+    assert shown(view.changes([samples(50, 25)]))["flight", "data"]["start"] == 0
+
+
+def test_a_second_attempt_begins_with_empty_tiles_and_says_why() -> None:
+    view = view_of()
+    before = shown(view.changes([events.Started("r", 1), samples(0, 25)]))["flight", "data"]
+    view.taken = {"key": before["key"], "count": 25}
+    page = shown(view.changes([events.Started("r", 2), samples(0, 10)]))
+    assert page["flight", "data"]["key"] != before["key"]
+    assert page["flight", "data"]["start"] == 0
+    assert "attempt 2" in str(page["alert", "children"])
+
+
+def test_long_flights_are_thinned_while_they_stream() -> None:
+    view = view_of(duration_s=7200.0)
+    message = shown(view.changes([samples(0, 36_000)]))["flight", "data"]
+    assert len(message["time_s"]) * 3 / 4 / 4 == pytest.approx(run_view.LIVE_POINTS, rel=0.02)
+
+
+def test_verdict_and_report_are_shown() -> None:
+    view = view_of()
+    report = Report((Section("Conclusion", "**Engine failure.** <b>not bold</b>"),), "template")
+    page = shown(view.changes([events.Diagnosed("r", diagnosis()), events.Reported("r", report)]))
+    assert "Engine failure" in str(page["ranking", "children"])
+    assert "81.0 %" in str(page["ranking", "children"])
+    assert page["report", "children"] == report.markdown
+
+
+@pytest.mark.parametrize(
+    ("event", "status", "buttons"),
+    [
+        (events.Started("r", 1), "running", {"cancel"}),
+        (events.Finished("r"), "done", {"again"}),
+        (events.Cancelled("r"), "cancelled", {"again"}),
+        (events.Failed("r", "the worker died", True), "failed", {"retry"}),
+        (events.Failed("r", "it cannot be flown", False), "failed", {"again"}),
+    ],
+)
+def test_only_buttons_that_do_something_are_shown(
+    event: events.Event, status: str, buttons: set[str]
+) -> None:
+    page = shown(view_of().changes([event]))
+    assert page["fly", "data-status"] == status
+    assert {name for name in ("cancel", "again", "retry") if page[name, "display"] != "none"} == (
+        buttons
+    )
+    if isinstance(event, events.Failed):
+        assert event.message in str(page["alert", "children"])
+
+
+def test_a_whole_run_sends_less_than_two_megabytes() -> None:
+    """300 s in the most frames there can be: one a block, the page never behind."""
+    plan, fault = Plan(seed=3), Fault("engine_run_rough", 0.8, 60.0)
+    pair = fly_pair(plan, fault)
+    view = view_of(mode="engine_run_rough")
+    sent = 0
+    for start in range(0, 1500, 25):
+        page = shown(view.changes([samples(start, 25), window(start)]))
+        view.taken = {"key": page["flight", "data"]["key"], "count": start + 25}
+        sent += len(to_json(list(page.values())))
+    sent += len(to_json([item.value for item in view.whole(pair)]))
+    assert sent < 2_000_000, f"{sent} bytes"
+
+
+def window(start: int) -> events.Probabilities:
+    shares = np.full(20, 0.005, dtype=np.float32)
+    shares[[0, 1 + start % 4]] = 0.7, 0.21
+    return events.Probabilities("r", start / 5.0, shares)
+
+
+def test_limits_that_the_flight_crossed_are_listed() -> None:
+    pair = fly_pair(Plan(seed=3), Fault("engine_overspeed", 1.0, 30.0))
+    pair.faulted.channels[5000:6000, 9] = 2790.0
+    page = shown(view_of(mode="engine_overspeed").whole(pair))
+    text = str(page["flight-events", "children"])
+    assert "Engine speed above 2700 rpm" in text
+    assert "01:40 to 02:00" in text

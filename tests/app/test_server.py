@@ -1,0 +1,127 @@
+"""What the server answers to whom, over HTTP."""
+
+import socket
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import httpx
+import pytest
+import uvicorn
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+
+from app.security import MAX_BODY_BYTES
+from app.server import create_app, serve
+from core.errors import InputError, WorkerError
+from core.fmea.fault import Fault
+from core.jobs.engine import Engine
+from core.jobs.store import RunStore
+from core.twin.plan import Plan
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory: pytest.TempPathFactory) -> RunStore:
+    return RunStore(tmp_path_factory.mktemp("store"))
+
+
+@pytest.fixture(scope="module")
+def client(store: RunStore) -> Iterator[httpx.Client]:
+    """A client of the app, served by uvicorn on a free port."""
+    engine = Engine(store, n_workers=1)
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        server = uvicorn.Server(uvicorn.Config(create_app(engine, store), log_level="error"))
+        thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
+        thread.start()
+        while not server.started:
+            time.sleep(0.01)
+        with httpx.Client(base_url=f"http://127.0.0.1:{listener.getsockname()[1]}") as client:
+            yield client
+        server.should_exit = True
+        thread.join()
+    engine.close()
+
+
+def test_pages_that_exist(client: httpx.Client, store: RunStore) -> None:
+    run_id = store.create(Plan(), Fault()).id
+    for path in ("/", "/runs", f"/run/{run_id}"):
+        answer = client.get(path)
+        assert answer.status_code == 200, path
+        assert "<title>MirrorTwin</title>" in answer.text
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/run/nonsense",
+        "/run/20261123T061500-k3x9q2wz",
+        "/run/../../etc/passwd",
+        "/run/<script>alert(1)</script>",
+        "/nowhere",
+        "/docs",
+        "/redoc",
+        "/openapi.json",
+        "/assets/../pyproject.toml",
+        "/viser/someone-elses-session/",
+        "/recordings/20261123T061500-k3x9q2wz.rrd",
+        "/_mcp",
+    ],
+)
+def test_paths_that_do_not_exist(client: httpx.Client, path: str) -> None:
+    answer = client.get(path)
+    assert answer.status_code == 404
+    assert "Traceback" not in answer.text
+    assert "alert(1)" not in answer.text
+
+
+@pytest.mark.parametrize("host", ["evil.example", "evil.example:8050", "127.0.0.1.evil.example"])
+def test_foreign_hosts_are_refused(client: httpx.Client, host: str) -> None:
+    assert client.get("/", headers={"Host": host}).status_code == 400
+
+
+@pytest.mark.parametrize("origin", ["http://evil.example", None])
+def test_sockets_from_other_origins_are_refused(client: httpx.Client, origin: str | None) -> None:
+    address = str(client.base_url).replace("http", "ws") + "/_dash-ws-callback"
+    with pytest.raises(InvalidStatus) as caught:
+        connect(address, origin=origin)
+    assert caught.value.response.status_code == 403
+
+
+def test_large_bodies_are_refused_announced_or_not(client: httpx.Client) -> None:
+    def drip() -> Iterator[bytes]:
+        for _ in range(MAX_BODY_BYTES // 65_536 + 2):
+            yield b" " * 65_536
+
+    path = "/_dash-update-component"
+    assert client.post(path, content=b" " * (MAX_BODY_BYTES + 1)).status_code == 413
+    assert client.post(path, content=drip()).status_code == 413
+
+
+def test_answers_carry_a_policy_without_inline_scripts(client: httpx.Client) -> None:
+    headers = client.get("/").headers
+    policy = dict(
+        part.strip().split(" ", 1) for part in headers["content-security-policy"].split(";")
+    )
+    assert policy["default-src"] == "'none'"
+    assert "unsafe" not in policy["script-src"]
+    assert headers["x-content-type-options"] == "nosniff"
+
+
+def test_a_taken_port_is_named_in_one_line(tmp_path: Path) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        with pytest.raises(WorkerError, match=rf"port {port} .* is taken.*--port") as caught:
+            serve(port=port, store_root=tmp_path)
+    assert "\n" not in str(caught.value)
+    assert not any(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("host", "port", "field"),
+    [("0.0.0.0", 8050, "host"), ("example.com", 8050, "host"), ("127.0.0.1", 70_000, "port")],
+)
+def test_an_address_that_cannot_be_served_is_named(host: str, port: int, field: str) -> None:
+    with pytest.raises(InputError) as caught:
+        serve(host=host, port=port)
+    assert caught.value.field == field
