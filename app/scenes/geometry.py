@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from core.twin.plan import Plan
 from core.twin.trajectory import STATE_INDEX, Trajectory
 
 Array = NDArray[np.float64]
@@ -53,6 +54,12 @@ class Poses:
             step = max(1, round(rate_hz / DRAWN_RATE_HZ))
         rows = np.unique(np.append(np.arange(0, n, step), n - 1))
         return Poses.of(flight.time_s[rows], flight.states[rows])
+
+    @staticmethod
+    def start(plan: Plan) -> "Poses":
+        """Where a plan begins."""
+        values = [[0.0, 0.0, plan.altitude_ft, 0.0, 0.0, plan.heading_deg]]
+        return Poses(np.zeros(1), np.array(values))
 
     def joined(self, later: "Poses") -> "Poses":
         """These poses and the ones that follow them."""

@@ -55,7 +55,7 @@ def write_recording(
     settings = json.dumps([plan.to_dict(), fault.to_dict()], sort_keys=True)
     log = RunLog(hashlib.sha256(settings.encode()).hexdigest()[:16])
     faulted, mirror = Poses.of_flight(pair.faulted), Poses.of_flight(pair.mirror)
-    log.begin(mirror.at(0.0), plan.duration_s, geometry.lowest_ft(faulted, mirror))
+    log.begin(plan, geometry.lowest_ft(faulted, mirror))
     log.describe(plan, fault, diagnosis)
     log.poses(faulted, mirror)
     log.paths(faulted, mirror, growing=False)
@@ -95,18 +95,18 @@ class RunLog:
             raise StoreError("the recording could not be encoded")
         return content
 
-    def begin(self, start: Poses, duration_s: float, lowest_ft: float) -> None:
+    def begin(self, plan: Plan, lowest_ft: float) -> None:
         """Log what does not change: layout, aircraft, names and colours of the channels.
 
-        ``start``: the mirror's first pose; ``lowest_ft``: the lowest altitude known so far.
+        ``lowest_ft``: the lowest altitude known so far; the ground is drawn below it.
         """
-        self._origin_ft = float(start.values[0, 2])
+        self._origin_ft = plan.altitude_ft
         self._floor_km = drawn_height(geometry.floor_ft(lowest_ft), self._origin_ft).item()
-        stage = geometry.expected_points(start, duration_s)
+        stage = geometry.expected_points(Poses.start(plan), plan.duration_s)
         lowest = drawn_height(lowest_ft, self._origin_ft)
         stage[:, 2] = np.minimum(stage[:, 2], np.where(stage[:, 2] < 0.0, lowest, stage[:, 2]))
-        camera = geometry.framed(stage, float(start.values[0, 5]), fov=_VIEWER_FOV)
-        self._recording.send_blueprint(blueprint(camera, self._floor_km, duration_s))
+        camera = geometry.framed(stage, plan.heading_deg, fov=_VIEWER_FOV)
+        self._recording.send_blueprint(blueprint(camera, self._floor_km, plan.duration_s))
         self._static("/scene", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
         scale = geometry.wingspan_km(camera) / WINGSPAN_M
         for name, paint in _PAINTS.items():

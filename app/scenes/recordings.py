@@ -14,7 +14,7 @@ import numpy as np
 from fastapi import FastAPI, Request, Response
 from fastapi.responses import FileResponse, StreamingResponse
 
-from app.scenes import geometry, rerun_viewer
+from app.scenes import rerun_viewer
 from app.scenes.geometry import Poses
 from app.scenes.recording import RunLog, write_recording
 from app.scenes.rerun_viewer import ANY_ORIGIN
@@ -39,11 +39,13 @@ class Recording:
     """One live run's recording. Methods may be called from any thread, and take some 10 ms."""
 
     def __init__(self, run_id: str, plan: Plan, fault: Fault) -> None:
-        """Begin with the plan and the fault."""
+        """Begin with the plan and the fault, so that there is something to show at once."""
         self._lock = threading.Lock()
-        self._log = RunLog(run_id)
         self._plan, self._fault = plan, fault
-        self._chunks: list[bytes] = []
+        self._log = RunLog(run_id)
+        self._log.begin(plan, plan.altitude_ft)
+        self._log.describe(plan, fault, None)
+        self._chunks = [self._log.read()]
         self._waiting: list[Samples] = []
         self._faulted: Poses | None = None
         self._mirror: Poses | None = None
@@ -107,7 +109,6 @@ class Recording:
         )
         new_faulted, new_mirror = Poses.of(time_s, faulted_states), Poses.of(time_s, mirror_states)
         if self._faulted is None or self._mirror is None:
-            self._begin(new_faulted, new_mirror)
             self._faulted, self._mirror = new_faulted, new_mirror
         else:
             self._faulted = self._faulted.joined(new_faulted)
@@ -121,11 +122,6 @@ class Recording:
             self._marked = True
         self._chunks.append(self._log.read())
         self._flushed_at = time.monotonic()
-
-    def _begin(self, faulted: Poses, mirror: Poses) -> None:
-        lowest_ft = geometry.lowest_ft(faulted, mirror)
-        self._log.begin(mirror.at(0.0), self._plan.duration_s, lowest_ft)
-        self._log.describe(self._plan, self._fault, None)
 
 
 class Recordings:

@@ -17,6 +17,7 @@ from app.scenes import geometry
 from app.scenes.geometry import Array, Camera, Poses
 from app.scenes.viser_drawing import Drawing
 from core.jobs.events import Samples
+from core.twin.plan import Plan
 from core.twin.trajectory import Pair
 
 KEY_HEADER = "X-MirrorTwin-Key"
@@ -49,6 +50,8 @@ class ViserScene:
         self._stage: tuple[Array, float] | None = None
         self._aspects: dict[int, float] = {}
         self._redraw()
+        usual = geometry.expected_points(Poses.start(Plan()), self._duration_s)
+        self._begin_at(geometry.framed(usual, Plan().heading_deg))
         self._server.on_client_connect(self._welcome)
 
     @property
@@ -160,8 +163,12 @@ class ViserScene:
             self._aim(client)
         if not clients:
             # Only then: in a page that is open already, this would race with its own camera.
-            start = self._server.initial_camera
-            start.position, start.look_at, start.fov = camera.position, camera.look_at, camera.fov
+            self._begin_at(camera)
+
+    def _begin_at(self, camera: Camera) -> None:
+        """The camera of a page just opened, until it is welcomed with one of its own."""
+        start = self._server.initial_camera
+        start.position, start.look_at, start.fov = camera.position, camera.look_at, camera.fov
 
     def _welcome(self, client: viser.ClientHandle) -> None:
         """Aim a new page's camera, now and whenever its window changes shape."""

@@ -193,7 +193,7 @@ def test_a_live_recording_grows_and_then_is_a_file(
     listener.start()
     recording.extend(batches[0])
     deadline = time.monotonic() + 10.0
-    while not parts:
+    while len(recording._chunks) < 2 or sum(map(len, parts)) < sum(map(len, recording._chunks)):
         assert time.monotonic() < deadline, "nothing came while the run was flown"
         time.sleep(0.02)
     for samples in [*batches[1:], *batches]:  # a second attempt flies the same again
@@ -220,6 +220,13 @@ def test_a_live_recording_grows_and_then_is_a_file(
     assert httpx.head(url).headers["access-control-allow-origin"] == "*"
 
 
+def test_a_run_that_never_flew_still_has_a_scene(site: Site, store: RunStore, flown: Flown) -> None:
+    run = store.create(flown.plan, flown.fault).id
+    site.recordings.open(run).finish(None)
+    response = httpx.get(f"{site.url}/recordings/{run}.rrd")
+    assert response.content.startswith(b"RRF2")
+
+
 def test_a_cancelled_run_still_shows_what_was_flown(
     site: Site, store: RunStore, flown: Flown
 ) -> None:
@@ -227,7 +234,9 @@ def test_a_cancelled_run_still_shows_what_was_flown(
     recording = site.recordings.open(run)
     recording.extend(flown.samples()[0])
     recording.finish(None)
-    assert len(httpx.get(f"{site.url}/recordings/{run}.rrd").content) > 10_000
+    content = httpx.get(f"{site.url}/recordings/{run}.rrd").content
+    assert content == b"".join(recording._chunks)
+    assert len(recording._chunks) == 2
 
 
 @pytest.mark.parametrize(
