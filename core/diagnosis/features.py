@@ -21,6 +21,15 @@ the sign, is linear below ``s`` and logarithmic above, so that a ratio of two ch
 what tells many faults apart, becomes a difference whatever the severity.
 """
 
+SHAPE_GAIN = 10.0
+"""How much the course of a residual within its window is magnified.
+
+A plugged and a cracked baffle heat the same head by the same few degrees; only the course differs,
+a step that levels off or a growth that goes on. Within 30 s that is a tenth of the level or less,
+and the network, which averages over the window, would hardly see it. So each residual is split
+into its mean over the window, kept, and its departure from that mean, magnified.
+"""
+
 MIN_RESIDUAL_SD = 0.1
 MIN_SENSOR_SD = 1e-3
 """Floors of the divisors, so that a channel that no fault moves is not blown up."""
@@ -47,12 +56,14 @@ FEATURE_MODES: dict[str, FeatureMode] = {
 class Normalisation:
     """Constants that bring 46 channels to comparable size; all (23,) and from training data only.
 
-    A residual r becomes ``asinh(r / residual_scale) / residual_sd``: no centring, so that exactly
-    zero stays zero. A sensor value x becomes ``(x - sensor_mean) / sensor_sd``.
+    A residual r is compressed, c = asinh(r / residual_scale); with its mean m over the window it
+    becomes ``m / residual_sd + asinh(shape_gain (c - m))``: no centring, so that a residual of
+    exactly zero stays zero. A sensor value x becomes ``(x - sensor_mean) / sensor_sd``.
     """
 
     residual_scale: Array
     residual_sd: Array
+    shape_gain: Array
     sensor_mean: Array
     sensor_sd: Array
 
@@ -72,14 +83,18 @@ class Normalisation:
         return cls(
             residual_scale=scale,
             residual_sd=np.maximum(np.sqrt(squares / count), MIN_RESIDUAL_SD),
+            shape_gain=np.full(N_CHANNELS, SHAPE_GAIN),
             sensor_mean=mean,
             sensor_sd=np.maximum(np.sqrt(variance), MIN_SENSOR_SD),
         )
 
     def features(self, residual: Array32, sensors: Array32) -> NDArray[np.float32]:
-        """(46, n) float32, residuals first, from (n, 23) residuals and sensors."""
+        """(46, n) float32, residuals first, of one window's (n, 23) residuals and sensors."""
+        compressed = np.arcsinh(residual / self.residual_scale)
+        level = compressed.mean(axis=0)
+        shape = np.arcsinh(self.shape_gain * (compressed - level))
         features = np.empty((N_FEATURES, len(residual)), dtype=np.float32)
-        features[:N_CHANNELS] = (np.arcsinh(residual / self.residual_scale) / self.residual_sd).T
+        features[:N_CHANNELS] = (level / self.residual_sd + shape).T
         features[N_CHANNELS:] = ((sensors - self.sensor_mean) / self.sensor_sd).T
         return features
 

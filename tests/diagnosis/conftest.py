@@ -7,9 +7,11 @@ import pytest
 import torch
 
 from core.channels import CHANNEL_INDEX, CHANNELS, N_CHANNELS
+from core.diagnosis.card import Card, load_model
 from core.diagnosis.features import FEATURE_MODES, N_FEATURES, Normalisation
 from core.diagnosis.networks import Cnn1d
 from core.diagnosis.predict import Diagnoser
+from core.paths import MODELS
 from core.twin.plan import DT_S
 from core.twin.trajectory import STATE_NAMES, Pair, Trajectory
 
@@ -37,6 +39,13 @@ def noisy_pair(duration_s: float, *shifts: Shift, seed: int = 0) -> Pair:
 def make_pair() -> FlightMaker:
     """``make_pair(duration_s, (channel, size, start_s, stop_s), ...)``: see `noisy_pair`."""
     return noisy_pair
+
+
+@pytest.fixture(scope="session")
+def shipped_card() -> Card:
+    """The card of the classifier that is shipped."""
+    card, _ = load_model(MODELS, "cnn-paired-lab")
+    return card
 
 
 @pytest.fixture(scope="session")

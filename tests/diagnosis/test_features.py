@@ -36,18 +36,39 @@ def test_no_residual_stays_exactly_zero_and_sign_is_kept(flights):
     assert features.dtype == np.float32
     egt1 = CHANNEL_INDEX["E1 EGT1"]
     assert not features[:N_CHANNELS][np.arange(N_CHANNELS) != egt1].any()
-    assert not features[egt1, :250].any()
-    assert (features[egt1, 250:] < 0).all()
+    before_the_step = fitted.features(residual[:250], sensors[:250])
+    assert not before_the_step[:N_CHANNELS].any()
+    assert features[egt1, -1] < features[egt1, 0]  # it fell
     np.testing.assert_array_equal(
         fitted.features(-residual, sensors)[:N_CHANNELS], -features[:N_CHANNELS]
     )
 
 
+def _steady(size):
+    """A window that stands ``size`` off its mirror on every channel throughout."""
+    return np.full((1500, N_CHANNELS), size, dtype=np.float32)
+
+
 def test_a_ratio_of_residuals_becomes_a_difference(flights):
     fitted = Normalisation.fitted(iter(flights))
-    steps = np.outer([3.0, 6.0, 400.0, 800.0], np.ones(N_CHANNELS)).astype(np.float32)
-    cht1 = fitted.features(steps, steps)[CHANNEL_INDEX["E1 CHT1"]]
-    assert cht1[1] - cht1[0] == pytest.approx(cht1[3] - cht1[2], rel=1e-3)
+    cht1 = CHANNEL_INDEX["E1 CHT1"]
+    level = {
+        size: fitted.features(_steady(size), _steady(size))[cht1].mean()
+        for size in (3.0, 6.0, 400.0, 800.0)
+    }
+    assert level[6.0] - level[3.0] == pytest.approx(level[800.0] - level[400.0], rel=1e-3)
+
+
+def test_the_course_within_a_window_is_magnified(flights):
+    fitted = Normalisation.fitted(iter(flights))
+    cht1 = CHANNEL_INDEX["E1 CHT1"]
+    growing = _steady(4.0) * np.linspace(0.99, 1.01, 1500, dtype=np.float32)[:, None]
+    found = fitted.features(growing, growing)[cht1]
+    # Two per cent of growth is 0.02 in the logarithm, times the gain of ten.
+    assert found[-1] - found[0] == pytest.approx(0.2, rel=0.01)
+    still = fitted.features(_steady(4.0), growing)[cht1]
+    assert found.mean() == pytest.approx(still.mean(), abs=1e-3)
+    assert np.ptp(still) < 1e-4
 
 
 def test_the_card_keeps_every_constant(flights):
