@@ -39,13 +39,11 @@ class Recording:
     """One live run's recording. Methods may be called from any thread, and take some 10 ms."""
 
     def __init__(self, run_id: str, plan: Plan, fault: Fault) -> None:
-        """Begin with the plan and the fault, so that there is something to show at once."""
+        """Prepare to record; the first samples, or the end, begin it."""
         self._lock = threading.Lock()
         self._plan, self._fault = plan, fault
         self._log = RunLog(run_id)
-        self._log.begin(plan, plan.altitude_ft)
-        self._log.describe(plan, fault, None)
-        self._chunks = [self._log.read()]
+        self._chunks: list[bytes] = []
         self._waiting: list[Samples] = []
         self._faulted: Poses | None = None
         self._mirror: Poses | None = None
@@ -68,8 +66,7 @@ class Recording:
     def finish(self, diagnosis: Diagnosis | None) -> None:
         """Record what still waits and the verdict; whoever reads the stream comes to its end."""
         with self._lock:
-            if self._waiting:
-                self._flush()
+            self._flush()
             if diagnosis is not None:
                 self._log.describe(self._plan, self._fault, diagnosis)
                 self._chunks.append(self._log.read())
@@ -98,7 +95,13 @@ class Recording:
         return -1.0 if self._mirror is None else float(self._mirror.time_s[-1])
 
     def _flush(self) -> None:
-        """Encode what waits as one chunk an entity."""
+        """Encode what waits, one chunk an entity; before the first, what does not change."""
+        if not self._chunks:
+            self._log.begin(self._plan, self._plan.altitude_ft)
+            self._log.describe(self._plan, self._fault, None)
+            self._chunks.append(self._log.read())
+        if not self._waiting:
+            return
         batch, self._waiting = self._waiting, []
         time_s = np.concatenate([samples.time_s for samples in batch])
         new = time_s > self._recorded_until_s

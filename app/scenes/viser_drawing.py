@@ -34,11 +34,12 @@ class Drawing:
         self._labels: dict[str, viser.LabelHandle] = {}
         self._aircraft: dict[str, viser.GlbHandle] = {}
         self._grid: viser.GridHandle | None = None
-        self._floor_km = drawn_height(_EMPTY_FLOOR_FT, 0.0).item()
+        self._floor_km = 0.0
 
     def clear(self, dark: bool) -> None:
         """Leave nothing but the empty grid, in the colours of the theme."""
         self._dark = dark
+        self._floor_km = drawn_height(_EMPTY_FLOOR_FT, 0.0).item()
         self._scene.reset()
         for handles in (self._lines, self._ribbons, self._labels, self._aircraft):
             handles.clear()

@@ -34,7 +34,8 @@ _IDLE_S = 3600.0
 _CSP = (
     "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval' blob: data:; "
     "style-src 'unsafe-inline'; img-src data: blob:; font-src data:; worker-src blob: data:; "
-    "connect-src 'self' data: blob:; frame-ancestors 'self'; base-uri 'none'; form-action 'none'"
+    "connect-src 'self' ws://{host} wss://{host} data: blob:; frame-ancestors 'self'; "
+    "base-uri 'none'; form-action 'none'"
 )
 
 # The client reconnects only while its document has the focus, which an iframe rarely has. Its
@@ -106,11 +107,11 @@ class ViserScenes:
         if not _SESSION.fullmatch(session):
             raise InputError("session", "must be 16 to 64 letters, digits, - or _")
         with self._lock:
+            self._used[session] = time.monotonic()
             idle = self._idle(time.monotonic())
             scene = self._scenes.get(session)
             if scene is None:
                 scene = self._scenes[session] = ViserScene()
-            self._used[session] = time.monotonic()
         for session_id in idle:
             self.close(session_id)
         return scene
@@ -152,13 +153,13 @@ class ViserScenes:
             return RedirectResponse(request.url.replace(path=f"/viser/{session}/"))
 
         @app.get("/viser/{session}/", include_in_schema=False)
-        async def page(session: str) -> Response:
+        async def page(session: str, request: Request) -> Response:
             if self.find(session) is None:
                 return Response("No such scene.", status_code=404, media_type="text/plain")
             body = await asyncio.to_thread(_page)
             headers = {
                 "Content-Encoding": "gzip",
-                "Content-Security-Policy": _CSP,
+                "Content-Security-Policy": _CSP.format(host=request.url.netloc),
                 "Cache-Control": "no-store",
                 "Referrer-Policy": "no-referrer",
                 "X-Content-Type-Options": "nosniff",

@@ -53,6 +53,7 @@ class ViserScene:
         usual = geometry.expected_points(Poses.start(Plan()), self._duration_s)
         self._begin_at(geometry.framed(usual, Plan().heading_deg))
         self._server.on_client_connect(self._welcome)
+        self._server.on_client_disconnect(self._forget)
 
     @property
     def port(self) -> int:
@@ -90,6 +91,7 @@ class ViserScene:
             mirror = Poses.of(samples.time_s, samples.mirror_states)
             if self._faulted is None or self._mirror is None or samples.index == 0:
                 self._faulted, self._mirror = faulted, mirror
+                self._drawing.clear(self._dark)
             else:
                 self._faulted = self._faulted.joined(faulted)
                 self._mirror = self._mirror.joined(mirror)
@@ -100,7 +102,9 @@ class ViserScene:
     def show(self, pair: Pair, onset_s: float | None) -> None:
         """Draw a whole run; ``onset_s`` None marks no onset."""
         with self._lock:
-            self._onset_s = onset_s
+            if onset_s != self._onset_s:
+                self._onset_s = onset_s
+                self._drawing.clear(self._dark)
             self._faulted = Poses.of_flight(pair.faulted)
             self._mirror = Poses.of_flight(pair.mirror)
             self._duration_s = self._time_s = float(pair.mirror.time_s[-1])
@@ -179,6 +183,9 @@ class ViserScene:
 
         client.camera.on_update(reshaped)
         self._aim(client)
+
+    def _forget(self, client: viser.ClientHandle) -> None:
+        self._aspects.pop(client.client_id, None)
 
     def _aim(self, client: viser.ClientHandle) -> None:
         """Show one page the whole stage, in the shape of its own window."""

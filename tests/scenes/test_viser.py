@@ -147,7 +147,9 @@ def test_an_idle_scene_is_given_up_and_a_used_one_kept() -> None:
     time.sleep(0.3)
     scene = scenes.open(used)
     assert scenes.find(idle) is None
-    assert scenes.open(used) is scene
+    time.sleep(0.3)
+    assert scenes.open(used) is scene, "idle too, but wanted again"
+    assert scenes.find(used) is scene
     scenes.close_all()
     assert scenes.find(used) is None
 
@@ -187,6 +189,13 @@ def test_a_second_attempt_starts_the_flight_again(scene: ViserScene, flown: Flow
         scene.extend(samples)
     assert scene._faulted is not None
     assert len(scene._faulted) == len(batches[0].time_s)
+    scene.reset(onset_s=1.0)
+    for samples in [*batches[:2], batches[0]]:
+        scene.extend(samples)
+    scene.show(flown.pair[:500], None)
+    nodes = scene._server.scene._handle_from_node_name
+    assert "/faulted/path" in nodes
+    assert "/onset/post" not in nodes, "a mark of an earlier flight"
     scene.stop()
 
 
