@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 from core.channels import CHANNEL_INDEX
 from core.diagnosis.diagnosis import Diagnosis, Evidence
 from core.errors import InputError
@@ -105,6 +107,54 @@ class Case:
             return None
         rivals = (*self.candidates[1:], *self.look_alikes)
         return next((rival for rival in rivals if rival.finding.explains_all), None)
+
+    @property
+    def weighed(self) -> dict[str, Candidate]:
+        """Every class that the report may speak of, by id: candidates, then look-alikes."""
+        return {item.mode.id: item for item in (*self.candidates, *self.look_alikes)}
+
+    @property
+    def open_verdicts(self) -> tuple[Candidate, ...]:
+        """The first candidate, and the second where the lead is too small to choose."""
+        return self.candidates[:2] if self.is_close else self.candidates[:1]
+
+    @property
+    def work_order(self) -> tuple[Candidate, ...]:
+        """Whose actions to list: the first candidate's, and the one the evidence puts beside it.
+
+        Where the evidence denies a nominal verdict, looking for the next best comes instead.
+        """
+        second = self.better_explained
+        if second is None and len(self.candidates) > 1 and (self.is_close or self.doubts_nominal):
+            second = self.candidates[1]
+        if second is None:
+            return (self.top,)
+        return (second,) if self.doubts_nominal else (self.top, second)
+
+    @property
+    def cylinders(self) -> frozenset[int]:
+        """The cylinders at which a report may put the fault; empty where it has to leave it open.
+
+        The one hit, the next where the lead is small, and both of a bank where the mode takes one.
+        """
+        if self.hit is None:
+            return frozenset()
+        found = {self.hit.cylinder}
+        if not self.hit.clear and self.hit.runner_up is not None:
+            found.add(self.hit.runner_up)
+        channels = {item.channel for each in self.weighed.values() for item in each.mode.channels}
+        if "CHT bank" in channels:
+            found |= {cylinder + 2 if cylinder < 3 else cylinder - 2 for cylinder in set(found)}
+        return frozenset(found)
+
+    @property
+    def stands_since_s(self) -> float | None:
+        """End of the first window from which on all name the verdict; None if the last does not."""
+        diagnosis = self.diagnosis
+        leaders = np.argmax(diagnosis.probabilities_over_time, axis=1)
+        others = np.flatnonzero(leaders != diagnosis.classes.index(diagnosis.top))
+        since = int(others[-1]) + 1 if len(others) else 0
+        return float(diagnosis.time_s[since]) if since < len(leaders) else None
 
     def cylinder_of(self, mode: ModeKnowledge) -> int | None:
         """The cylinder to name for a mode; None if it has none or the evidence shows none."""

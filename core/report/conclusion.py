@@ -1,8 +1,5 @@
 """The first section of the report: the verdict, how sure it is and why, and its doubts."""
 
-import numpy as np
-
-from core.diagnosis.diagnosis import Diagnosis
 from core.fmea.knowledge import ModeKnowledge
 from core.report.case import Case
 from core.report.wording import bank_name, clock, cylinder_name, labels, percent, plain
@@ -22,7 +19,7 @@ def conclusion(case: Case) -> str:
         f"**Confidence: {case.confidence}.** {_reasons(case)}",
         *_hedges(case),
         ranking,
-        f"{_onset(case)} {_persistence(case.diagnosis)}".strip(),
+        f"{_onset(case)} {_persistence(case)}".strip(),
         _rating(top.mode),
         f"Classifier {plain(case.diagnosis.model)}, {plain(case.diagnosis.conditions)} conditions.",
     ]
@@ -117,16 +114,13 @@ def _onset(case: Case) -> str:
     return f"The two flights part at {clock(case.diagnosis.onset_s)} (estimated onset)."
 
 
-def _persistence(diagnosis: Diagnosis) -> str:
+def _persistence(case: Case) -> str:
     """Since when the classifier has named its verdict without a break."""
-    if len(diagnosis.time_s) == 0:
+    if len(case.diagnosis.time_s) == 0:
         return ""
-    leaders = np.argmax(diagnosis.probabilities_over_time, axis=1)
-    others = np.flatnonzero(leaders != diagnosis.classes.index(diagnosis.top))
-    since = int(others[-1]) + 1 if len(others) else 0
-    if since == len(leaders):
+    if case.stands_since_s is None:
         return "The last windows of the flight name another class: look at the probabilities."
-    return f"Every window ending at {clock(float(diagnosis.time_s[since]))} or later names it."
+    return f"Every window ending at {clock(case.stands_since_s)} or later names it."
 
 
 def _rating(mode: ModeKnowledge) -> str:

@@ -74,7 +74,7 @@ def _timed(checks: Iterable[ChannelCheck]) -> str:
 
 def maintenance(case: Case) -> str:
     """What to do, numbered; where the first candidate is not firm, the second's actions follow."""
-    order = _work_order(case)
+    order = case.work_order
     parts = []
     if case.confidence == "low" and order[0].mode.id != "nominal":
         parts.append("The diagnosis is not firm: inspect first, change parts only on a finding.")
@@ -89,19 +89,6 @@ def maintenance(case: Case) -> str:
         done += len(actions)
     parts.append("The makers' current manuals and airworthiness directives come before this text.")
     return "\n\n".join(parts)
-
-
-def _work_order(case: Case) -> list[Candidate]:
-    """Whose actions to list: the first candidate's, and the one that the evidence puts beside it.
-
-    Where the evidence denies a nominal verdict, looking for the next best comes instead.
-    """
-    second = case.better_explained
-    if second is None and len(case.candidates) > 1 and (case.is_close or case.doubts_nominal):
-        second = case.candidates[1]
-    if second is None:
-        return [case.top]
-    return [second] if case.doubts_nominal else [case.top, second]
 
 
 def _actions(case: Case, candidate: Candidate) -> list[str]:
