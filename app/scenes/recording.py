@@ -32,6 +32,7 @@ from core.twin.trajectory import Pair
 
 APPLICATION = "mirrortwin"
 _READ_TIMEOUT_S = 30.0
+_VIEWER_ASPECT = 1.2
 _VIEWER_FOV = float(np.radians(55.0))
 """The vertical field of view of Rerun's camera, which a blueprint cannot change."""
 
@@ -105,7 +106,7 @@ class RunLog:
         stage = geometry.expected_points(Poses.start(plan), plan.duration_s)
         lowest = drawn_height(lowest_ft, self._origin_ft)
         stage[:, 2] = np.minimum(stage[:, 2], np.where(stage[:, 2] < 0.0, lowest, stage[:, 2]))
-        camera = geometry.framed(stage, plan.heading_deg, fov=_VIEWER_FOV)
+        camera = geometry.framed(stage, plan.heading_deg, _VIEWER_ASPECT, _VIEWER_FOV)
         self._recording.send_blueprint(blueprint(camera, self._floor_km, plan.duration_s))
         self._static("/scene", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
         scale = geometry.wingspan_km(camera) / WINGSPAN_M
