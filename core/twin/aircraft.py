@@ -17,9 +17,10 @@ from core.errors import FlightError
 from core.fmea.laws import TICK_S, Drivers
 from core.fmea.powerplant import HEALTHY, EngineFactors
 from core.paths import ASSETS
-from core.twin.conditions import MIXTURE_WANDER_SD, MIXTURE_WANDER_TAU_S, Setting
+from core.twin.conditions import FUEL_LB, Setting
 from core.twin.constants import CRUISE_MIXTURE
-from core.twin.pilot import Pilot
+from core.twin.hand import STILL, Drift, Hand
+from core.twin.pilot import Pilot, Targets
 from core.twin.plan import DT_S, Plan, Weather
 from core.twin.trajectory import STATE_INDEX, STATE_NAMES
 
@@ -56,6 +57,11 @@ _STATE_PROPERTIES: tuple[tuple[str, float, float], ...] = (
     ("fcs/mixture-pos-norm", 1.0, 0.0),
 )
 assert len(_STATE_PROPERTIES) == len(STATE_NAMES)
+
+_STEERING_PROPERTIES = (
+    "ap/target-altitude-ft", "ap/target-climb-fps", "ap/target-speed-kt", "ap/target-heading-rad",
+    "ap/capture", "ap/speed-hold",
+)  # fmt: skip
 
 _SCALE = np.array([factor for _, factor, _ in _STATE_PROPERTIES])
 _OFFSET = np.array([offset for _, _, offset in _STATE_PROPERTIES])
@@ -103,7 +109,8 @@ class Aircraft:
         self._executive = _load()
         self._manager = self._executive.get_property_manager()
         self._set_air(setting.weather, plan.seed)
-        self._trim(plan)
+        self._trim(plan, FUEL_LB[setting.conditions])
+        self._executive["ap/by-hand"] = float(setting.is_field)
         self._stir(setting.weather)
         self._reads = [self._node(name).get_double_value for name, _, _ in _STATE_PROPERTIES]
         self._throttle = self._node("ap/throttle-correction")
@@ -115,9 +122,11 @@ class Aircraft:
         self._healthy_breathing = self._breathing.get_double_value()
         self._healthy_friction_hp = self._friction.get_double_value()
         self._factors = HEALTHY
-        self._pilot = Pilot(plan) if plan.legs else None
+        self._hand = Hand(setting.hand_stream) if setting.hand_stream else None
+        self._pilot = Pilot(plan) if plan.legs or self._hand else None
+        self._steering = [self._node(name) for name in _STEERING_PROPERTIES]
+        self._lever = CRUISE_MIXTURE
         self._always_holds_speed = plan.power == "speed_hold"
-        self._metering = _Metering(setting.metering_stream) if setting.metering_stream else None
 
     def _node(self, name: str) -> jsbsim.FGPropertyNode:
         node = self._manager.get_node(name)
@@ -133,7 +142,7 @@ class Aircraft:
         executive["atmosphere/wind-east-fps"] = weather.wind_kt * _FPS_PER_KT * np.sin(toward_rad)
         executive["atmosphere/randomseed"] = seed
 
-    def _trim(self, plan: Plan) -> None:
+    def _trim(self, plan: Plan, fuel_lb_range: tuple[float, float]) -> None:
         executive = self._executive
         executive["ic/h-sl-ft"] = plan.altitude_ft
         executive["ic/vc-kts"] = plan.speed_kt
@@ -142,7 +151,7 @@ class Aircraft:
         executive.run_ic()
         executive["propulsion/set-running"] = -1
         executive["fcs/mixture-cmd-norm"] = CRUISE_MIXTURE
-        fuel_lb = np.random.default_rng([plan.seed, 0xF0E1]).uniform(85.0, 140.0, 2)
+        fuel_lb = np.random.default_rng([plan.seed, 0xF0E1]).uniform(*fuel_lb_range, 2)
         executive["propulsion/tank/contents-lbs"] = float(fuel_lb[0])
         executive["propulsion/tank[1]/contents-lbs"] = float(fuel_lb[1])
         try:
@@ -178,7 +187,7 @@ class Aircraft:
         on it. ``n_steps`` must be a multiple of `STEPS_PER_TICK`.
         """
         run, reads = self._executive.run, self._reads
-        has_ticks = on_tick is not None or self._pilot is not None or self._metering is not None
+        has_ticks = on_tick is not None or self._pilot is not None
         raw: list[float] = []
         extend = raw.extend
         for step in range(n_steps):
@@ -192,40 +201,27 @@ class Aircraft:
 
     def _tick(self, factors: EngineFactors) -> None:
         if self._pilot is not None:
-            self._steer(self._pilot)
+            self._steer(self._pilot.next(), self._hand.next() if self._hand else STILL)
         if factors != self._factors:
             self._factors = factors
             self._throttle.set_double_value(factors.throttle)
             self._bsfc.set_double_value(self._healthy_bsfc / factors.work)
             self._breathing.set_double_value(self._healthy_breathing * factors.charge)
             self._friction.set_double_value(self._healthy_friction_hp + factors.friction_hp)
-            self._mixture.set_double_value(CRUISE_MIXTURE * factors.mixture)
-        if self._metering is not None:
-            wander = self._metering.next()
-            self._mixture.set_double_value(CRUISE_MIXTURE * factors.mixture * (1.0 + wander))
+        self._mixture.set_double_value(self._lever * factors.mixture)
 
-    def _steer(self, pilot: Pilot) -> None:
-        targets, executive = pilot.next(), self._executive
-        executive["ap/target-altitude-ft"] = targets.altitude_ft
-        executive["ap/target-climb-fps"] = targets.climb_fps
-        executive["ap/target-speed-kt"] = targets.speed_kt
-        executive["ap/target-heading-rad"] = float(np.deg2rad(targets.heading_deg))
-        executive["ap/capture"] = float(targets.capturing)
-        executive["ap/speed-hold"] = float(targets.capturing or self._always_holds_speed)
-
-
-class _Metering:
-    """Slow relative wander of the mixture: a first-order autoregressive walk, tick by tick."""
-
-    def __init__(self, stream: tuple[int, int]) -> None:
-        self._rng = np.random.default_rng(stream)
-        self._keep = float(np.exp(-TICK_S / MIXTURE_WANDER_TAU_S))
-        self._kick_sd = MIXTURE_WANDER_SD * float(np.sqrt(1.0 - self._keep**2))
-        self._level = float(self._rng.normal(0.0, MIXTURE_WANDER_SD))
-
-    def next(self) -> float:
-        self._level = self._keep * self._level + self._kick_sd * self._rng.standard_normal()
-        return self._level
+    def _steer(self, targets: Targets, drift: Drift) -> None:
+        values = (
+            targets.altitude_ft + drift.altitude_ft,
+            targets.climb_fps + drift.climb_fps,
+            targets.speed_kt,
+            float(np.deg2rad(targets.heading_deg)),
+            float(targets.capturing),
+            float(targets.capturing or self._always_holds_speed),
+        )
+        for node, value in zip(self._steering, values, strict=True):
+            node.set_double_value(value)
+        self._lever = targets.mixture * (1.0 + drift.mixture)
 
 
 _RPM, _QBAR, _IAS = (STATE_INDEX[name] for name in ("rpm", "qbar_psf", "ias_kt"))

@@ -11,8 +11,9 @@ from core.fmea.injection import FaultState
 from core.fmea.laws import TICK_S, Drivers
 from core.fmea.powerplant import EngineFactors, engine_factors
 from core.twin.aircraft import STEPS_PER_TICK, Aircraft, drivers_along
+from core.twin.avionics import Avionics
 from core.twin.conditions import Setting, flown, mirrored
-from core.twin.noise import SensorNoise, as_logged
+from core.twin.noise import SensorNoise
 from core.twin.plan import DT_S, Plan
 from core.twin.sensors import SensorSynthesiser
 from core.twin.trajectory import Pair, Trajectory
@@ -29,9 +30,9 @@ class _Flight:
         self, plan: Plan, fault: Fault, setting: Setting, *, in_formation: bool = False
     ) -> None:
         """Trim for the plan; ``in_formation`` takes its path from another flight instead."""
-        self._setting = setting
         self._aircraft = None if in_formation else Aircraft(plan, setting)
         self._sensors = SensorSynthesiser(setting)
+        self._avionics = Avionics(setting)
         is_faulted = fault.mode != "nominal" and fault.severity > 0.0
         self._fault = FaultState(fault, plan.seed) if is_faulted else None
 
@@ -42,7 +43,7 @@ class _Flight:
             states, effects = self._own().fly(n) if path is None else path, healthy(n)
         else:
             states, effects = self._fly_faulted(n, self._fault, path)
-        channels = as_logged(self._sensors.read(states, effects, noise), self._setting)
+        channels = self._avionics.log(self._sensors.read(states, effects, noise))
         return Trajectory(time_s, states, channels.astype(np.float32))
 
     def _own(self) -> Aircraft:

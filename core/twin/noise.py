@@ -1,67 +1,74 @@
-"""Sensor noise: white in lab; white, slowly wandering and stepped as logged in field.
+"""Sensor noise: white in lab; white, slowly wandering and partly shared in field.
 
-Levels are those of real logs (``core.channels``). Gusts reach IAS, RPM, VSpd, AltMSL and NormAc
-through JSBSim, so in field the sensor itself adds only part of the measured level there.
+The levels of lab are those of the logged channels (``core.channels``). In field they are those of
+the sensors alone: gusts, the pilot's hand and the heat of the engine reach the channels through
+the physics, and the avionics (``core.twin.avionics``) smooth and step what the sensors read, so
+that all of it together gives the measured levels. That is checked by ``mirrortwin experiment
+realism``.
 """
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from core.channels import CHANNEL_INDEX, CHANNELS, N_CHANNELS
+from core.twin.avionics import EXHAUSTS, HEADS
 from core.twin.conditions import Setting
+from core.twin.hand import wander_kick
 from core.twin.plan import DT_S
 
 Array = NDArray[np.float64]
 
-_WHITE_SD = np.array([channel.noise_sd for channel in CHANNELS])
-_WANDER_SD = np.array([channel.wander_sd for channel in CHANNELS])
-_WANDER_TAU_S = np.array([channel.wander_tau_s for channel in CHANNELS])
-_WANDER_KEEP = np.exp(-DT_S / _WANDER_TAU_S)
-_RESOLUTION = np.array([channel.resolution for channel in CHANNELS])
-
-# Share of the measured (white, wander) level that the sensor adds where something else, mostly the
-# gusts, brings the rest.
-_SENSOR_SHARE = {
-    "IAS": (0.25, 0.0),
-    "VSpd": (0.25, 0.0),
-    "NormAc": (0.5, 0.0),
-    "AltMSL": (0.9, 0.0),
-    "E1 RPM": (1.0, 0.85),
-    # Steps of 0.1 bring most of what the log shows.
-    "volt1": (0.35, 0.0),
-    "volt2": (0.35, 0.0),
-    "amp1": (0.7, 0.0),
-    "amp2": (0.7, 0.0),
-}
+_LAB_WHITE_SD = np.array([channel.noise_sd for channel in CHANNELS])
 
 
-def _sensor_levels() -> tuple[Array, Array]:
-    """White and wander sd that the sensor itself adds in field, (23,) each.
+@dataclass(frozen=True, slots=True)
+class Sensor:
+    """How noisy the sensors of one kind are: white sd, and the sd of a smooth wander.
 
-    The measured white level is a second difference at 1 Hz, to which the wander contributes
-    sd**2 (6 - 8 r1 + 2 r2) / 6 with its correlations r1, r2 over one and two seconds.
+    The wander is a critically damped second-order process. ``spread`` is by how much both differ
+    between two aircraft, the sd of their logarithm.
     """
-    white, wander = _WHITE_SD.copy(), _WANDER_SD.copy()
-    for name, (white_share, wander_share) in _SENSOR_SHARE.items():
-        white[CHANNEL_INDEX[name]] *= white_share
-        wander[CHANNEL_INDEX[name]] *= wander_share
-    r1, r2 = ((1.0 + s / _WANDER_TAU_S) * np.exp(-s / _WANDER_TAU_S) for s in (1.0, 2.0))
-    from_wander = wander**2 * (6.0 - 8.0 * r1 + 2.0 * r2) / 6.0
-    return np.sqrt(np.maximum(white**2 - from_wander, (0.2 * white) ** 2)), wander
+
+    channels: tuple[str, ...]
+    white_sd: float
+    wander_sd: float = 0.0
+    wander_tau_s: float = 1.0
+    spread: float = 0.15
 
 
-_FIELD_WHITE_SD, _FIELD_WANDER_SD = _sensor_levels()
-# Two equal first-order stages of unit white input have this variance.
-_KICK_SD = _FIELD_WANDER_SD * np.sqrt((1.0 - _WANDER_KEEP**2) ** 3 / (1.0 + _WANDER_KEEP**2))
+SENSORS: tuple[Sensor, ...] = (
+    Sensor(("volt1", "volt2"), 0.010, 0.012, 15.0, spread=0.3),
+    Sensor(("amp1", "amp2"), 0.041, 0.012, 15.0, spread=0.3),
+    # Floats in sloshing fuel.
+    Sensor(("FQtyL", "FQtyR"), 0.20, 0.09, 4.0, spread=0.3),
+    Sensor(("E1 FFlow",), 0.045, 0.022, 1.0),
+    Sensor(("E1 OilT",), 0.09, 0.4, 30.0, spread=0.3),
+    Sensor(("E1 OilP",), 0.25),
+    Sensor(("E1 RPM",), 1.45, 2.8, 1.6, spread=0.2),
+    Sensor(HEADS, 0.08, 0.01, 3.0, spread=0.3),
+    # No two combustions are alike; No. 4 is the steadiest in every log.
+    Sensor(EXHAUSTS[:1], 0.22, 0.85, 1.7),
+    Sensor(EXHAUSTS[1:2], 0.14, 0.85, 1.7),
+    Sensor(EXHAUSTS[2:3], 0.19, 0.85, 1.7),
+    Sensor(EXHAUSTS[3:], 0.06, 0.85, 1.7),
+    Sensor(("OAT",), 0.3, 0.08, 15.0, spread=0.3),
+    Sensor(("IAS",), 0.25),
+    Sensor(("VSpd",), 20.0),
+    Sensor(("NormAc",), 0.010, spread=0.3),
+    Sensor(("AltMSL",), 0.28),
+)
 
-_CHT1 = CHANNEL_INDEX["E1 CHT1"]
-_OTHER_CHT = slice(_CHT1 + 1, _CHT1 + 4)
-_COMMON_HEAD_SHARE = 0.9
-"""The heads wander together: one engine under one cowling (CHT pairs correlate 0.7-0.96)."""
+SHARED: tuple[tuple[tuple[str, ...], float], ...] = (
+    (("volt1", "volt2"), 0.6),
+    (("amp1", "amp2"), 0.3),
+)
+"""Channels on one converter and the share of their white noise that it brings."""
 
-_SETTLING_STEPS = 1000
-"""Steps after which the wander has forgotten that it started at zero (20 s)."""
+_SETTLING_STEPS = 6000
+"""Steps after which the wander has forgotten that it started at zero (120 s)."""
 
 
 class SensorNoise:
@@ -69,48 +76,73 @@ class SensorNoise:
 
     def __init__(self, setting: Setting) -> None:
         """The noise that the setting names; none where it names none."""
-        self._is_field = setting.is_field
         self._rng = None if setting.noise_stream is None else _stream(setting.noise_stream)
-        self._stages = np.zeros((2, N_CHANNELS))
-        if self._rng is not None and self._is_field:
-            self._wandering(self._rng.standard_normal((_SETTLING_STEPS, N_CHANNELS)))
+        self._field = None
+        if self._rng is not None and setting.is_field:
+            self._field = _FieldNoise(self._rng, setting.airframe.noise_rank)
 
     def next(self, n: int) -> Array:
         """The next n samples of additive noise, (n, 23)."""
         if self._rng is None:
             return np.zeros((n, N_CHANNELS))
-        if not self._is_field:
-            white: Array = self._rng.standard_normal((n, N_CHANNELS)) * _WHITE_SD
-            return white
-        draws = self._rng.standard_normal((n, 2 * N_CHANNELS))
-        noise: Array = draws[:, :N_CHANNELS] * _FIELD_WHITE_SD + self._wandering(
-            draws[:, N_CHANNELS:]
-        )
-        return noise
-
-    def _wandering(self, draws: Array) -> Array:
-        """Wander of each channel, (n, 23): white noise through two equal first-order stages."""
-        own_share = np.sqrt(1.0 - _COMMON_HEAD_SHARE**2)
-        draws[:, _OTHER_CHT] = (
-            _COMMON_HEAD_SHARE * draws[:, [_CHT1]] + own_share * draws[:, _OTHER_CHT]
-        )
-        wander = draws * _KICK_SD
-        for column, keep in enumerate(_WANDER_KEEP):
-            for stage in self._stages:
-                state = np.array([keep * stage[column]])
-                wander[:, column], _ = lfilter([1.0], [1.0, -keep], wander[:, column], zi=state)
-                stage[column] = wander[-1, column]
-        wandering: Array = wander
-        return wandering
+        if self._field is not None:
+            return self._field.next(n)
+        white: Array = self._rng.standard_normal((n, N_CHANNELS)) * _LAB_WHITE_SD
+        return white
 
 
 def _stream(seed: tuple[int, int]) -> np.random.Generator:
     return np.random.default_rng(seed)
 
 
-def as_logged(channels: Array, setting: Setting) -> Array:
-    """Channels as the log keeps them: in steps of the channel's resolution in field."""
-    if not setting.is_field:
-        return channels
-    stepped: Array = np.round(channels / _RESOLUTION) * _RESOLUTION
-    return stepped
+class _FieldNoise:
+    """White noise and wander of the sensors of one aircraft."""
+
+    def __init__(self, rng: np.random.Generator, noise_rank: Array) -> None:
+        self._rng = rng
+        noisiness = np.exp(_per_channel("spread") * noise_rank)
+        self._white_sd = noisiness * _per_channel("white_sd")
+        self._wanders = [_Wander(sensor, noisiness) for sensor in SENSORS if sensor.wander_sd]
+        self._n_draws = N_CHANNELS + sum(len(wander.columns) for wander in self._wanders)
+        self.next(_SETTLING_STEPS)
+
+    def next(self, n: int) -> Array:
+        draws = self._rng.standard_normal((n, self._n_draws))
+        white = draws[:, :N_CHANNELS]
+        for names, share in SHARED:
+            first, *others = (CHANNEL_INDEX[name] for name in names)
+            own = np.sqrt(1.0 - share**2)
+            white[:, others] = share * white[:, [first]] + own * white[:, others]
+        noise: Array = white * self._white_sd
+        drawn = N_CHANNELS
+        for wander in self._wanders:
+            k = len(wander.columns)
+            noise[:, wander.columns] += wander(draws[:, drawn : drawn + k])
+            drawn += k
+        return noise
+
+
+class _Wander:
+    """White noise through two equal first-order stages, one column a channel."""
+
+    def __init__(self, sensor: Sensor, noisiness: Array) -> None:
+        self.columns = [CHANNEL_INDEX[name] for name in sensor.channels]
+        self._keep = float(np.exp(-DT_S / sensor.wander_tau_s))
+        self._kick = sensor.wander_sd * wander_kick(self._keep) * noisiness[self.columns]
+        self._state = np.zeros((2, len(self.columns)))
+
+    def __call__(self, draws: Array) -> Array:
+        keep = self._keep
+        wander, self._state = lfilter(
+            [1.0], [1.0, -2.0 * keep, keep**2], draws * self._kick, axis=0, zi=self._state
+        )
+        wandering: Array = wander
+        return wandering
+
+
+def _per_channel(level: str) -> Array:
+    """One of the levels of `SENSORS` by channel, (23,)."""
+    levels = np.zeros(N_CHANNELS)
+    for sensor in SENSORS:
+        levels[[CHANNEL_INDEX[name] for name in sensor.channels]] = getattr(sensor, level)
+    return levels

@@ -4,39 +4,47 @@ import math
 from dataclasses import dataclass
 
 from core.fmea.laws import TICK_S
+from core.twin.constants import CRUISE_MIXTURE
 from core.twin.plan import Plan
 
 CLIMB_FPM = 500.0
 CAPTURE_S = 90.0
 """The speed loop and the altitude integral stay closed this long after the climb has ended."""
 
+MIXTURE_PER_S = 0.01
+"""How fast the mixture lever is turned."""
+FIELD_KT_PER_S = 0.3
+"""A pilot changes speed gently; in lab a new speed is a step for the speed loop."""
+
 
 @dataclass(frozen=True, slots=True)
 class Targets:
-    """What the autopilot is to hold now; ``capturing`` while a new leg is being taken up."""
+    """What the autopilot is to hold now; ``capturing`` while a new leg is being taken up.
+
+    ``mixture`` is where the lever is, 1 full rich.
+    """
 
     altitude_ft: float
     climb_fps: float
     speed_kt: float
     heading_deg: float
     capturing: bool
+    mixture: float
 
 
 class Pilot:
     """Flies the legs one after the other; nothing to do on a plan without legs."""
 
     def __init__(self, plan: Plan) -> None:
-        """On the plan's altitude, speed and heading."""
+        """On the plan's altitude, speed and heading, leaned for cruise."""
+        self._kt_per_s = FIELD_KT_PER_S if plan.conditions == "field" else math.inf
         self._legs = list(plan.legs)
         self._tick = 0
         self._altitude_ft = self._to_altitude_ft = plan.altitude_ft
-        self._speed_kt, self._heading_deg = plan.speed_kt, plan.heading_deg
+        self._speed_kt = self._to_speed_kt = plan.speed_kt
+        self._heading_deg = plan.heading_deg
+        self._mixture = self._to_mixture = CRUISE_MIXTURE
         self._capture_until_s = -math.inf
-
-    @property
-    def has_legs(self) -> bool:
-        """Whether the plan changes anything on the way."""
-        return bool(self._legs)
 
     def next(self) -> Targets:
         """The targets of the next tick (0.1 s)."""
@@ -45,14 +53,18 @@ class Pilot:
         while self._legs and now_s >= self._legs[0].start_s:
             leg = self._legs.pop(0)
             self._to_altitude_ft = leg.altitude_ft or self._to_altitude_ft
-            self._speed_kt = leg.speed_kt or self._speed_kt
+            self._to_speed_kt = leg.speed_kt or self._to_speed_kt
             self._heading_deg = self._heading_deg if leg.heading_deg is None else leg.heading_deg
-            self._capture_until_s = now_s + CAPTURE_S
+            self._to_mixture = leg.mixture or self._to_mixture
+            if not leg.only_mixture:
+                self._capture_until_s = now_s + CAPTURE_S
+        self._mixture = _toward(self._mixture, self._to_mixture, MIXTURE_PER_S)
+        self._speed_kt = _toward(self._speed_kt, self._to_speed_kt, self._kt_per_s)
         step_ft = CLIMB_FPM / 60.0 * TICK_S
         to_go_ft = self._to_altitude_ft - self._altitude_ft
         change_ft = max(-step_ft, min(step_ft, to_go_ft))
         self._altitude_ft += change_ft
-        if change_ft:
+        if change_ft or self._speed_kt != self._to_speed_kt:
             self._capture_until_s = now_s + CAPTURE_S
         return Targets(
             self._altitude_ft,
@@ -60,4 +72,13 @@ class Pilot:
             self._speed_kt,
             self._heading_deg,
             now_s < self._capture_until_s,
+            self._mixture,
         )
+
+
+def _toward(value: float, target: float, per_s: float) -> float:
+    """``value`` a tick later on its way to ``target`` at the rate ``per_s``."""
+    step = per_s * TICK_S
+    if abs(target - value) <= step:
+        return target
+    return value + math.copysign(step, target - value)

@@ -27,6 +27,7 @@ PLAN_RANGES: dict[str, tuple[float, float, str]] = {
     "wind_from_deg": (0.0, 360.0, "deg"),
     "turbulence": (0.0, 4.0, ""),
     "start_s": (0.0, 7200.0, "s"),
+    "mixture": (0.75, 1.0, ""),
 }
 """Inclusive limits of every numeric field, with its unit: forms, errors and help read this."""
 
@@ -62,17 +63,25 @@ class Leg:
     """New targets from ``start_s`` on; None leaves one as it was.
 
     Altitude changes at 500 ft/min, headings are taken at up to 20 deg of bank. The speed loop is
-    closed while a leg is being captured, whatever the plan's ``power``.
+    closed while a leg is being captured, whatever the plan's ``power``. ``mixture`` is the lever's
+    position, 1 full rich; cruise begins at 0.93. Moving it alone leaves the throttle alone.
     """
 
     start_s: float
     altitude_ft: float | None = None
     speed_kt: float | None = None
     heading_deg: float | None = None
+    mixture: float | None = None
+
+    @property
+    def only_mixture(self) -> bool:
+        """Whether nothing is flown differently on this leg."""
+        others = (self.altitude_ft, self.speed_kt, self.heading_deg)
+        return self.mixture is not None and all(target is None for target in others)
 
     def __post_init__(self) -> None:
         """Reject targets out of range; raises `InputError` naming the field."""
-        for name in ("start_s", "altitude_ft", "speed_kt", "heading_deg"):
+        for name in ("start_s", "altitude_ft", "speed_kt", "heading_deg", "mixture"):
             value = getattr(self, name)
             if value is not None:
                 object.__setattr__(self, name, checked_number(name, value, *PLAN_RANGES[name]))

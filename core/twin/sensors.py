@@ -55,7 +55,7 @@ class SensorSynthesiser:
         rpm, charge = _column(states, "rpm"), _charge(states)
         lean = effects.lean + (1.0 - _column(states, "mixture") / CRUISE_MIXTURE)[:, None]
         air_degf = _column(states, "oat_degc") * 1.8 + 32.0
-        oil_target = _oil_target(states, effects, charge, air_degf) + self._airframe.oil_offset_degf
+        oil_target = _oil_target(states, effects, charge, air_degf, self._airframe.oil_heat)
         oil_degf = self._oil_lag(oil_target[:, None])[:, 0]
         cht = self._head_lag(self._head_target(states, effects, lean, charge, air_degf, oil_degf))
         egt = self._egt_lag(self._exhaust_target(effects, lean, charge))
@@ -65,13 +65,14 @@ class SensorSynthesiser:
         first_cht, first_egt = CHANNEL_INDEX["E1 CHT1"], CHANNEL_INDEX["E1 EGT1"]
         out[:, first_cht : first_cht + 4] = cht
         out[:, first_egt : first_egt + 4] = egt
-        bus = self._airframe.bus_offset_volt
+        main, essential = self._airframe.bus_offset_volt
+        battery, standby = self._airframe.battery_offset_amp
         alternator = np.minimum(rpm / C.alternator_rpm, 1.0)
         for name, values in (
-            ("volt1", 24.0 + (C.bus_volt - 24.0) * alternator + bus),
-            ("volt2", 24.0 + (C.essential_volt - 24.0) * alternator + bus),
-            ("amp1", C.battery_amp - 25.0 * (1.0 - alternator)),
-            ("amp2", np.full(len(states), C.standby_amp)),
+            ("volt1", 24.0 + (C.bus_volt - 24.0) * alternator + main),
+            ("volt2", 24.0 + (C.essential_volt - 24.0) * alternator + essential),
+            ("amp1", C.battery_amp + battery - 25.0 * (1.0 - alternator)),
+            ("amp2", np.full(len(states), C.standby_amp + standby)),
             ("FQtyL", _column(states, "fuel_left_gal")),
             ("FQtyR", _column(states, "fuel_right_gal")),
             ("E1 FFlow", _column(states, "fuel_flow_gph")),
@@ -105,6 +106,7 @@ class SensorSynthesiser:
         )
         ratio = (
             C.head_ratio
+            * self._airframe.head_heat
             * heat[:, None]
             * burnt**C.work_exponent
             * (1.0 + effects.gas_jet)
@@ -144,7 +146,9 @@ def _charge(states: Array) -> Array:
     return flow / C.charge_reference
 
 
-def _oil_target(states: Array, effects: Effects, charge: Array, air_degf: Array) -> Array:
+def _oil_target(
+    states: Array, effects: Effects, charge: Array, air_degf: Array, oil_heat: float
+) -> Array:
     """Quasi-steady oil temperature, (n,): T = Ta + heat / (sump + cooler * vernatherm(T))."""
     volume = np.maximum(1.0 - effects.oil_lost_qt / C.oil_quantity_qt, 0.05)
     blowby = (effects.exhaust_leak + effects.charge_loss).sum(axis=1)
@@ -159,7 +163,7 @@ def _oil_target(states: Array, effects: Effects, charge: Array, air_degf: Array)
     )
     sump = (1.0 - C.oil_cooler_share) * volume**C.oil_sump_exponent
     cooler = C.oil_cooler_share * effects.cooler_efficiency / _vernatherm(_OIL_REFERENCE_DEGF)
-    rise = C.oil_degf_above_air * heat / airflow
+    rise = oil_heat * C.oil_degf_above_air * heat / airflow
     # The vernatherm makes the balance implicit; it contracts, so a few damped steps solve it.
     oil_degf = air_degf + rise
     for _ in range(6):
