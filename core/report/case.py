@@ -4,7 +4,7 @@ Every writer of reports starts from a `Case`, so that all of them argue from the
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -161,8 +161,8 @@ class Case:
         return self.hit.cylinder if self.hit and mode.names_cylinder else None
 
 
-def open_case(diagnosis: Diagnosis) -> Case:
-    """Weigh the candidates of a diagnosis.
+def open_case(diagnosis: Diagnosis, also: Sequence[str] = ()) -> Case:
+    """Weigh the candidates of a diagnosis, and the classes ``also`` asked about.
 
     Raises `InputError` if the diagnosis has an unknown class or channel, or a number that is not
     finite or not a probability.
@@ -180,7 +180,9 @@ def open_case(diagnosis: Diagnosis) -> Case:
         return Candidate(probabilities.get(mode_id, 0.0), finding)
 
     leading = [mode_id for mode_id, _ in diagnosis.ranked(N_CANDIDATES)]
-    look_alikes = [item.mode for item in known[leading[0]].look_alikes]
+    look_alikes = dict.fromkeys(
+        [*(item.mode for item in known[leading[0]].look_alikes), *(m for m in also if m in known)]
+    )
     return Case(
         diagnosis=diagnosis,
         candidates=tuple(map(candidate, leading)),

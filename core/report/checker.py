@@ -75,6 +75,12 @@ class CheckedSentence:
         """Plain JSON-ready values."""
         return asdict(self)
 
+    @classmethod
+    def from_dict(cls, values: dict[str, Any]) -> "CheckedSentence":
+        """Read what `to_dict` wrote, also after a way through JSON."""
+        given: Any = {name: tuple(v) if isinstance(v, list) else v for name, v in values.items()}
+        return cls(**given)
+
 
 class Checker:
     """Checks the sentences of one report in their order.

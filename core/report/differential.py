@@ -14,10 +14,11 @@ MAX_LISTED = 3
 def differential(case: Case) -> str:
     """The other candidates, then the look-alikes of the first, each weighed on the evidence."""
     rivals = (*case.candidates[1:], *case.look_alikes)
-    return "\n".join(_rival(case, rival) for rival in rivals)
+    return "\n".join(weigh(case, rival) for rival in rivals)
 
 
-def _rival(case: Case, rival: Candidate) -> str:
+def weigh(case: Case, rival: Candidate) -> str:
+    """One rival with what speaks for and against it, as a list item."""
     lines = [
         f"- **{rival.mode.name}** ({percent(rival.probability)})",
         f"  - For: {_for(rival)}.",

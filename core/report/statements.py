@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Literal
 
@@ -59,6 +59,21 @@ def _statements(mode: ModeKnowledge) -> Iterator[Statement]:
     for kind, step, text, about in texts:
         for sentence in sentences(text):
             yield Statement(mode.id, kind, step, sentence.plain, terms(sentence.plain), about)
+
+
+@cache
+def passages(mode_id: str) -> tuple[Statement, ...]:
+    """The statements of a mode with those of one step or action taken together."""
+    found: dict[tuple[str, int, str | None], Statement] = {}
+    for item in statements(mode_id):
+        key = (item.kind, item.step, item.about)
+        before = found.get(key)
+        if before is not None:
+            item = replace(
+                before, text=f"{before.text} {item.text}", terms=before.terms | item.terms
+            )
+        found[key] = item
+    return tuple(found.values())
 
 
 @cache

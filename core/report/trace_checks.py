@@ -8,7 +8,7 @@ from core.report.claims import ChannelClaim
 from core.report.lexicon import stems, terms
 from core.report.mentions import Quantity
 from core.report.reading import COVERED, Checked, Reading, is_known
-from core.report.statements import statements, vocabulary
+from core.report.statements import passages, vocabulary
 from core.report.verdict_checks import owner_of
 
 _RATING = re.compile(
@@ -112,11 +112,11 @@ def check_terms(reading: Reading, *, traced: bool) -> Iterator[Checked]:
         yield Checked(False, "knowledge", reason, "unsupported")
         return
     best = max(
-        (item for mode in focus for item in statements(mode.mode.id)),
+        (item for mode in focus for item in passages(mode.mode.id)),
         key=lambda item: len(item.terms & said),
     )
     share = len(best.terms & said) / len(said)
-    if share >= COVERED or (traced and len(said) <= 2):
+    if share > COVERED or (traced and len(said) <= 2):
         yield Checked(True, "knowledge", f"knowledge of {best.mode}, {best.kind}", quote=None)
     else:
         yield Checked(
