@@ -108,7 +108,7 @@ def measure(
     rounds = int(checked_number("rounds", rounds, 1, 1000))
     fly_pair(PLAN, FAULT)  # imports, caches and page faults belong to no round
     done: list[Round] = []
-    with _workers(1) as one, _workers(2) as two:
+    with workers(1) as one, workers(2) as two:
         for _ in range(rounds):
             done.append(_round(workload, one, two))
             progress(len(done) / rounds)
@@ -143,7 +143,7 @@ def _round(workload: Workload, one: Client, two: Client) -> Round:
 
 
 @contextmanager
-def _workers(number: int) -> Iterator[Client]:
+def workers(number: int) -> Iterator[Client]:
     """So many worker processes that have flown before."""
     with (
         LocalCluster(
