@@ -16,6 +16,7 @@ from core.report.endpoint import WriterError
 from core.report.metrics import Metrics, measure
 from core.report.report import SECTION_TITLES, Report, Section
 from core.report.sentences import Sentence, SentenceSplitter, sentences
+from core.report.statements import normal
 from core.report.supplement import supplement
 from core.report.template import WRITER
 from core.report.writers import TemplateWriter, Writer, template_section
@@ -25,6 +26,9 @@ MAX_FAILURES = 2
 
 MAX_SENTENCES = 60
 """The most sentences of one section that are taken from a model."""
+
+MAX_REPEATS = 2
+"""A model that has said this many things again in one section is stopped: it has got stuck."""
 
 Origin = Literal["writer", "template"]
 
@@ -143,6 +147,10 @@ def grounded_template(case: Case) -> GroundedReport:
     return done.report
 
 
+class _StuckError(WriterError):
+    """A model says the same over and over. The next section may go better."""
+
+
 class _Session:
     """One report in the making."""
 
@@ -163,6 +171,8 @@ class _Session:
                     if isinstance(event, Written):
                         written.append(event.sentence)
                     yield event
+            except _StuckError as error:
+                yield self._note(f"{title}: {error} and was stopped.")
             except WriterError as error:
                 self._failures = MAX_FAILURES if error.final else self._failures + 1
                 yield self._note(f"{title}: {error}. The template wrote what was missing.")
@@ -174,18 +184,21 @@ class _Session:
 
     def _written(self, title: str) -> Iterator[Draft | Written]:
         """The writer's sentences; one that was broken off is left out."""
-        splitter, count = SentenceSplitter(), 0
+        splitter, said = SentenceSplitter(), list[str]()
         for piece in self._writer.section(self._case, title):
             yield Draft(title, piece)
             for found in splitter.push(piece):
-                yield from self._check(found, title)
-                count += 1
-            if count >= MAX_SENTENCES and self._writer.name != WRITER:
+                yield from self._check(found, title, said)
+            if self._writer.name == WRITER:
+                continue
+            if len(said) - len(set(said)) >= MAX_REPEATS:
+                raise _StuckError(f"{self._writer.name} began to repeat itself")
+            if len(said) >= MAX_SENTENCES:
                 raise WriterError(f"more than {MAX_SENTENCES} sentences came")
         for found in splitter.finish():
-            yield from self._check(found, title)
+            yield from self._check(found, title, said)
 
-    def _check(self, found: Sentence, title: str) -> Iterator[Written]:
+    def _check(self, found: Sentence, title: str, said: list[str]) -> Iterator[Written]:
         origin: Origin = "template" if self._writer.name == WRITER else "writer"
         if origin == "writer" and found.kind == "heading":
             return  # models repeat the title, however often they are told not to
@@ -193,6 +206,9 @@ class _Session:
         if origin == "writer" and found.kind == "row":
             why = ("a table of the model's own",)
             checked = replace(checked, verdict="unsupported", reasons=why)
+        if origin == "writer" and normal(found.text) in said:
+            checked = replace(checked, verdict="unsupported", reasons=("said before",))
+        said.append(normal(found.text))
         item = GroundedSentence(checked, origin, not checked.struck)
         self._sentences.append(item)
         yield Written(item)

@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from core.channels import CHANNEL_INDEX
 from core.diagnosis.diagnosis import Diagnosis
 from core.fmea.knowledge import knowledge
-from core.fmea.search import search
 from core.report.case import Candidate, Case, open_case
 from core.report.checker import Checker
 from core.report.differential import weigh
@@ -29,6 +28,7 @@ from core.report.lexicon import lexicon, stems
 from core.report.mentions import channel_mentions, mode_mentions
 from core.report.metrics import measure
 from core.report.prompts import checked_question
+from core.report.search import search
 from core.report.sentences import SentenceSplitter, sentences
 from core.report.template import WRITER, maintenance
 from core.report.wording import (
