@@ -7,7 +7,7 @@
   "use strict";
 
   const AXIS_WIDTH = 46;
-  const SENSOR_HEIGHT = 86;
+  const SENSOR_HEIGHT = 90;
   const RESIDUAL_HEIGHT = 62;
   const TIME_AXIS_HEIGHT = 18;
   const TIME_STEPS_S = [1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600];
@@ -59,9 +59,16 @@
     return hours ? `${hours}:${pad(minutes)}:${pad(seconds)}` : `${pad(minutes)}:${pad(seconds)}`;
   }
 
-  const number = (value, decimals) => value.toFixed(decimals).replace("-", "−");
+  // With a minus sign, not a hyphen, and never "minus nothing".
+  function number(value, decimals) {
+    const text = value.toFixed(decimals);
+    return Number(text) === 0 ? text.replace("-", "") : text.replace("-", "−");
+  }
 
-  const signed = (value, decimals) => (value < 0 ? "" : "+") + number(value, decimals);
+  function signed(value, decimals) {
+    const text = number(value, decimals);
+    return text.startsWith("−") ? text : `+${text}`;
+  }
 
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
@@ -179,7 +186,7 @@
     return {
       width,
       height,
-      padding: [4, 16, 0, 0],
+      padding: [4, 16, height === SENSOR_HEIGHT ? 6 : 0, 0],
       legend: { show: false },
       cursor: {
         y: false,

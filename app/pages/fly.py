@@ -51,7 +51,7 @@ def layout() -> html.Div:
             html.Div(_run_bar(), className="area-bar"),
             html.Div(_scene_panel(), className="area-scene"),
             html.Div([_diagnosis_panel(), _report_panel()], className="area-verdict"),
-            html.Div(_channel_panels(), className="area-charts"),
+            html.Div(html.Div(_channel_panels(), className="charts"), className="area-charts"),
             dcc.Store(id="tile-specs", data=tile_specs()),
             dcc.Store(id="flight", data=cleared("", DEFAULT_PLAN.duration_s, None)),
         ],
@@ -219,7 +219,7 @@ def _channel_panels() -> list[html.Section]:
                     className=f"tiles tiles-{subsystem}",
                 ),
             ],
-            className="panel",
+            className=f"panel panel-{subsystem}",
             **attributes(aria_label=f"{subsystem.capitalize()} sensors and residuals"),
         )
         for subsystem, group in groupby(numbered, key=lambda item: item[1].subsystem)

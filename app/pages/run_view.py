@@ -10,7 +10,7 @@ from dash import html
 
 from app.pages import fly
 from app.pages.setup import DEFAULT_PLAN, error_id, field_id, form_values
-from app.pages.words import STAGES, STATUS_WORDS, event_line, run_subtitle, run_title
+from app.pages.words import STAGES, STATUS_WORDS, event_line, percent, run_subtitle, run_title
 from app.panels.axes import Array, clock
 from app.panels.probabilities import class_colours, leaders, probability_figure
 from app.panels.residuals import heat_strip
@@ -296,7 +296,7 @@ def _ranking(names: dict[str, str], ranking: Iterable[str], shares: dict[str, fl
                         ),
                         className="rank-bar",
                     ),
-                    html.Span(f"{100 * shares[mode]:.1f} %", className="rank-share mono"),
+                    html.Span(percent(shares[mode]), className="rank-share mono"),
                 ]
             )
             for mode in ranking

@@ -272,13 +272,14 @@ def _number(
     limits: tuple[float, float, str] | None = None,
 ) -> dmc.NumberInput:
     low, high, unit = limits or PLAN_RANGES[name]
+    suffix = "°" if unit == "deg" else f" {unit_label(unit)}"
     return dmc.NumberInput(
         id=field_id(name),
         label=label,
-        description=f"{low:,.0f} to {high:,.0f} {unit_label(unit)}".replace("-", "−"),
+        description=f"{low:,.0f} to {high:,.0f}{suffix}".replace("-", "−"),
         value=values[name],
         step=step,
-        suffix=f" {unit_label(unit)}",
+        suffix=suffix,
         # Never correct silently what was typed: the error names the range instead.
         clampBehavior="none",
         size="xs",
