@@ -124,7 +124,7 @@ class StreamingDiagnoser:
         completed = []
         while len(recent.faulted) >= WINDOW_STEPS:
             window = recent[:WINDOW_STEPS]
-            end_s = float(window.faulted.time_s[-1]) + DT_S
+            end_s = round(float(window.faulted.time_s[-1]) + DT_S, 3)
             completed.append((end_s, self._diagnoser.window(window)))
             recent = recent[STRIDE_STEPS:]
         self._recent = recent

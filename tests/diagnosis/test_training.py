@@ -14,6 +14,8 @@ from core.errors import InputError
 from core.experiments.archive import Archive, StoredRun
 from core.fmea.catalogue import class_ids
 
+pytestmark = pytest.mark.slow
+
 SETTINGS = TrainingSettings(epochs=3, patience=3, batch=8, seed=5)
 SPLITS = ("train", "train", "validation", "test")
 
