@@ -63,6 +63,8 @@ class Cluster:
         """Block until the workers have loaded what they need; raises `WorkerError`."""
         try:
             self._warm.result(timeout)
+        except TimeoutError as error:
+            raise WorkerError(f"the workers are not ready after {timeout:g} s") from error
         except Exception as error:
             raise WorkerError(f"the workers are not ready: {error}") from error
 

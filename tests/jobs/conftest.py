@@ -32,7 +32,7 @@ def store(tmp_path: Path) -> Iterator[RunStore]:
 def engine(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Engine]:
     """An engine with two worker processes, for all tests that leave it alive."""
     started = Engine(RunStore(tmp_path_factory.mktemp("engine")), n_workers=2)
-    started.wait_warm()
+    started.wait_warm(timeout=240)
     yield started
     started.close()
 

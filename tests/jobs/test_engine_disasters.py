@@ -31,7 +31,7 @@ DASK = str(Path(sys.executable).with_name("dask"))
 def doomed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Engine]:
     """An engine whose workers get killed."""
     engine = Engine(RunStore(tmp_path_factory.mktemp("doomed")), n_workers=2)
-    engine.wait_warm()
+    engine.wait_warm(timeout=240)
     yield engine
     engine.close()
 
