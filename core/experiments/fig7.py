@@ -97,7 +97,7 @@ def _add_channel(figure: go.Figure, row: int, name: str, pairs: Mapping[str, Pai
         gone[mode] = reading - means(pair.mirror.channels[:, index])
         for column, values in ((1, reading), (2, gone[mode])):
             figure.add_scatter(
-                x=np.arange(len(values)) + 0.5, y=values, mode="lines",
+                x0=0.5, dx=1.0, y=values, mode="lines",
                 name=catalogue()[mode].name, legendgroup=mode, showlegend=row == column == 1,
                 line=LINES[mode].to_plotly(), row=row, col=column,
                 hovertemplate=f"%{{y:.{logged.decimals}f}} {unit}",

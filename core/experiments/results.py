@@ -8,10 +8,12 @@ plotly.js beside them, so that they open without a network.
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import plotly.graph_objects as go
+from PIL import Image
 
 from core.errors import MirrorTwinError
 from core.experiments.provenance import provenance
@@ -98,4 +100,10 @@ def _write_picture(figure: go.Figure, path: Path) -> None:
             f"{problem}{reason} Install Chromium (`make test` does) or name one in BROWSER_PATH"
         ) from error
     with whole_file(path) as temporary:
-        temporary.write_bytes(picture)
+        _few_colours(picture).save(temporary, format="png", optimize=True)
+
+
+def _few_colours(picture: bytes) -> Image.Image:
+    """The picture on its 256 most telling colours: line art takes a quarter of the space so."""
+    full = Image.open(BytesIO(picture)).convert("RGB")
+    return full.quantize(256, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
