@@ -17,6 +17,10 @@ class InputError(MirrorTwinError):
         self.field = field
         self.problem = problem
 
+    def __reduce__(self) -> tuple[type["InputError"], tuple[str, str]]:
+        """Pickle by both parts, so that it survives the way from a worker process."""
+        return InputError, (self.field, self.problem)
+
 
 class FlightError(MirrorTwinError):
     """JSBSim could not trim or fly the plan."""

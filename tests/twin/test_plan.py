@@ -1,5 +1,6 @@
 """Plans and faults reject what cannot be flown, naming the field and its range."""
 
+import pickle
 from pathlib import Path
 
 import pytest
@@ -80,3 +81,8 @@ def test_ranges_cover_the_defaults() -> None:
         for name, (low, high, _) in PLAN_RANGES.items():
             value = getattr(part, name, None)
             assert value is None or low <= value <= high
+
+
+def test_an_input_error_survives_the_way_from_a_worker() -> None:
+    error = pickle.loads(pickle.dumps(InputError("severity", "must lie in 0 to 1, got 7")))
+    assert (error.field, str(error)) == ("severity", "severity: must lie in 0 to 1, got 7")
