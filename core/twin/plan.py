@@ -150,7 +150,7 @@ class Plan:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON-ready values; `from_dict` reads them back."""
-        return asdict(self)
+        return asdict(self) | {"legs": [asdict(leg) for leg in self.legs]}
 
     @classmethod
     def from_dict(cls, values: Mapping[str, Any]) -> Self:

@@ -35,7 +35,7 @@ def noisy_pair(duration_s: float, *shifts: Shift, seed: int = 0) -> Pair:
     return Pair(Trajectory(time_s, states, faulted), Trajectory(time_s, states, mirror))
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def make_pair() -> FlightMaker:
     """``make_pair(duration_s, (channel, size, start_s, stop_s), ...)``: see `noisy_pair`."""
     return noisy_pair

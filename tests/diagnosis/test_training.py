@@ -25,10 +25,8 @@ class KilledError(Exception):
 
 
 @pytest.fixture(scope="module")
-def dataset(tmp_path_factory):
+def dataset(tmp_path_factory, make_pair):
     """Four runs a class; each class but the nominal lifts one channel of its own."""
-    from conftest import noisy_pair
-
     folder = tmp_path_factory.mktemp("dataset")
     archive = Archive.begun(folder, {"conditions": "lab"})
     ids = []
@@ -36,7 +34,7 @@ def dataset(tmp_path_factory):
         for repeat, split in enumerate(SPLITS):
             seed = 4 * number + repeat
             shift = [(CHANNEL_NAMES[number], 50.0, 31.0, 65.0)] if mode != "nominal" else []
-            pair = noisy_pair(65.0, *shift, seed=seed)
+            pair = make_pair(65.0, *shift, seed=seed)
             run = StoredRun(
                 id=f"{mode}-{repeat}", mode=mode, split=split, start_row=0,
                 departure_row=1550 if shift else None,
@@ -112,12 +110,10 @@ def test_a_checkpoint_of_other_settings_is_not_used(dataset, trained):
     assert [epoch.index for epoch in epochs] == [1]
 
 
-def test_the_model_it_wrote_diagnoses(dataset, trained):
-    from conftest import noisy_pair
-
+def test_the_model_it_wrote_diagnoses(trained, make_pair):
     models, _ = trained
     diagnoser = load_diagnoser("paired", models)
-    diagnosis = diagnoser.diagnose(noisy_pair(40.0, seed=999))
+    diagnosis = diagnoser.diagnose(make_pair(40.0, seed=999))
     assert diagnosis.classes == class_ids()
     assert diagnosis.model == "cnn-paired-lab"
 

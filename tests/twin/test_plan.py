@@ -1,5 +1,6 @@
 """Plans and faults reject what cannot be flown, naming the field and its range."""
 
+import json
 import pickle
 from pathlib import Path
 
@@ -59,9 +60,10 @@ def test_sampled_plans_lie_in_the_papers_box(seed: int) -> None:
 
 
 def test_plans_and_faults_survive_json() -> None:
-    plan = Plan(altitude_ft=4700.0, seed=9, weather=Weather(wind_kt=10.0))
+    plan = Plan(altitude_ft=4700.0, seed=9, weather=Weather(wind_kt=10.0), legs=(Leg(5.0, 5000.0),))
     fault = Fault("cylinder_crack", 0.4, 12.0, 3)
-    assert Plan.from_dict(plan.to_dict()) == plan
+    assert Plan.from_dict(json.loads(json.dumps(plan.to_dict()))) == plan
+    assert json.loads(json.dumps(plan.to_dict())) == plan.to_dict()
     assert Fault.from_dict(fault.to_dict()) == fault
 
 
