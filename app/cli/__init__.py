@@ -19,6 +19,7 @@ COMMANDS: dict[str, str] = {
     "faults": "list the engine faults that can be flown",
     "simulate": "fly one flight twice, with a fault and without, into a folder",
     "diagnose": "name the fault in a folder that simulate wrote",
+    "report": "write, check and export the report on a run; answer questions about it",
     "dataset": "fly the labelled flights that the networks learn from",
     "train": "train the diagnosis network on a data set",
     "bench": "measure the speed of the twin",

@@ -33,7 +33,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Print the diagnosis; raises `InputError`, `StoreError` or `MirrorTwinError`."""
-    pair = _read_pair(args.folder)
+    pair = read_pair(args.folder)
     from core.diagnosis.predict import load_diagnoser
 
     diagnosis = load_diagnoser().diagnose(pair)
@@ -43,7 +43,7 @@ def run(args: argparse.Namespace) -> None:
         _print_tables(diagnosis)
 
 
-def _read_pair(folder: Path) -> "Pair":
+def read_pair(folder: Path) -> "Pair":
     """The pair in ``folder``; raises `InputError` if it is not there or its halves differ."""
     if not folder.is_dir():
         raise InputError("DIR", f"there is no folder {folder}")

@@ -13,6 +13,7 @@ EXPERIMENTS: dict[str, str] = {
     "fig7": "six key channels, five faults and nominal",
     "signs": "does every fault move every channel the way engineers say?",
     "speed": "what a flight costs, in bare JSBSim loops (some minutes; on a quiet machine)",
+    "table6": "how good are reports by the template and by a language model, raw and grounded?",
 }
 """Each is a module of `core.experiments` with ``run(quick, progress)``."""
 

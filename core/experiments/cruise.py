@@ -13,7 +13,8 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.stats import median_abs_deviation
 
-from core.channels import CHANNEL_INDEX, CHANNEL_NAMES, CYLINDERS, N_CHANNELS, cht_name, egt_name
+from core.channels import CHANNEL_NAMES, CYLINDERS, N_CHANNELS, cht_name, egt_name
+from core.experiments.g1000 import Log
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.bool_]
@@ -33,40 +34,26 @@ CORRELATIONS: tuple[tuple[str, str], ...] = (
 """The pairs of channels that are strongly tied in real cruise."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Flight:
-    """A flight as a log keeps it, once a second: ``time_s`` (n,), ``channels`` (n, 23)."""
-
-    name: str
-    time_s: Array
-    channels: Array
-
-    def channel(self, name: str) -> Array:
-        """One channel by its Garmin name, (n,)."""
-        column: Array = self.channels[:, CHANNEL_INDEX[name]]
-        return column
-
-
-def cruising(flight: Flight) -> Rows:
+def cruising(log: Log) -> Rows:
     """Rows (n,) of level flight at cruise speed and power."""
-    return _level_and_fast(flight) & (flight.channel("E1 RPM") > CRUISING_RPM)
+    return _level_and_fast(log) & (log.channel("E1 RPM") > CRUISING_RPM)
 
 
-def steady_stretches(flight: Flight) -> list[slice]:
+def steady_stretches(log: Log) -> list[slice]:
     """Stretches of at least 15 s, level and fast, the engine within 30 rpm over any 11 s."""
-    rpm = pd.Series(flight.channel("E1 RPM")).rolling(STEADY_OVER_S, center=True)
+    rpm = pd.Series(log.channel("E1 RPM")).rolling(STEADY_OVER_S, center=True)
     settled = ((rpm.max() - rpm.min()) < STEADY_RPM).to_numpy(dtype=bool)
-    apart = np.diff(flight.time_s, prepend=flight.time_s[:1]) > GAP_S
+    apart = np.diff(log.time_s, prepend=log.time_s[:1]) > GAP_S
     return [
         rows
-        for rows in _runs(_level_and_fast(flight) & settled, apart)
+        for rows in _runs(_level_and_fast(log) & settled, apart)
         if rows.stop - rows.start >= STEADY_LEAST_S
     ]
 
 
-def _level_and_fast(flight: Flight) -> Rows:
-    level: Rows = np.abs(flight.channel("VSpd")) < LEVEL_FPM
-    return level & (flight.channel("IAS") > FAST_KT)
+def _level_and_fast(log: Log) -> Rows:
+    level: Rows = np.abs(log.channel("VSpd")) < LEVEL_FPM
+    return level & (log.channel("IAS") > FAST_KT)
 
 
 def _runs(wanted: Rows, apart: Rows) -> list[slice]:
@@ -99,21 +86,21 @@ class Cruise:
     fast: Array
 
 
-def describe(flights: Iterable[Flight]) -> Cruise:
+def describe(logs: Iterable[Log]) -> Cruise:
     """The figures of all these flights together."""
     cruise: list[Array] = []
     second: list[Array] = []
     slow: list[Array] = []
     fast: list[Array] = []
     steady_seconds = 0
-    for flight in flights:
-        rows = flight.channels[cruising(flight)]
+    for log in logs:
+        rows = log.channels[cruising(log)]
         if len(rows):
             cruise.append(rows)
             slow.append(rows - _each(rows, np.mean))
-        quick = high_passed(flight.channels)
-        for stretch in steady_stretches(flight):
-            second.append(np.diff(flight.channels[stretch], 2, axis=0))
+        quick = high_passed(log.channels)
+        for stretch in steady_stretches(log):
+            second.append(np.diff(log.channels[stretch], 2, axis=0))
             fast.append(quick[stretch])
             steady_seconds += stretch.stop - stretch.start
     rows = _stacked(cruise)

@@ -13,7 +13,8 @@ from sklearn.ensemble import RandomForestClassifier
 from sklearn.metrics import roc_auc_score
 
 from core.channels import CHANNEL_INDEX, CHANNEL_NAMES
-from core.experiments.cruise import Flight, steady_stretches
+from core.experiments.cruise import steady_stretches
+from core.experiments.g1000 import Log
 
 Array = NDArray[np.float64]
 Labels = NDArray[np.int64]
@@ -66,7 +67,7 @@ class Windows:
 
 
 def windows_of(
-    flights: Sequence[Flight], channels: Sequence[str] = CHANNEL_NAMES, *, by_stretch: bool = False
+    flights: Sequence[Log], channels: Sequence[str] = CHANNEL_NAMES, *, by_stretch: bool = False
 ) -> Windows:
     """Windows of steady cruise, end to end in each stretch, whose channels are all known.
 
@@ -123,7 +124,7 @@ class Verdict:
     tells: tuple[Tell, ...]
 
 
-def tell_apart(ours: Sequence[Flight], real: Sequence[Flight], seed: int = 0) -> Verdict:
+def tell_apart(ours: Sequence[Log], real: Sequence[Log], seed: int = 0) -> Verdict:
     """Train on some flights, ask about others; no flight is ever on both sides."""
     with_windows = [flight for flight in real if len(windows_of([flight], ("IAS",)))]
     channels = tuple(

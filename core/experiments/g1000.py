@@ -33,7 +33,7 @@ _CLOCK_SET_S = 60.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Log:
-    """One real flight.
+    """A flight as a log keeps it, about once a second; ours are kept in the same way.
 
     ``time_s``: (n,) seconds from its first row, rising. ``channels``: (n, 23) in
     `core.channels.CHANNELS` order and units, NaN where the log says nothing.

@@ -32,7 +32,7 @@ LIMITS = Limits(connect_s=5.0, silence_s=60.0, reply_s=180.0)
 
 
 def model_file(environment: Mapping[str, str] = os.environ) -> Path | None:
-    """The model to serve, None if there is none; raises `InputError` if the one named is missing."""
+    """The model to serve, None if there is none; raises `InputError` for a bad `GGUF`."""
     if importlib.util.find_spec("xllamacpp") is None:
         return None
     if named := environment.get(GGUF):

@@ -1,0 +1,159 @@
+"""``mirrortwin report``: the report on a run, checked, as a file; and questions about it."""
+
+import argparse
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from app.cli.output import note, print_json
+from core.errors import InputError
+
+if TYPE_CHECKING:
+    from core.diagnosis.diagnosis import Diagnosis
+    from core.report.export import Exported
+    from core.report.writers import Writer
+    from core.twin.trajectory import Pair
+
+    _Read = tuple[dict[str, str], Pair, Diagnosis]
+
+DESCRIPTION = """\
+Write the report on a run of the app (by its id, as in the address /run/ID) or on a folder that
+`mirrortwin simulate` wrote. Every sentence is checked against evidence and FMEA knowledge before
+it counts, whoever writes it.
+"""
+EXAMPLES = """\
+examples:
+  mirrortwin report 20261123T061500-k3x9q2ab --format html --out report.html
+  mirrortwin report flight --format markdown
+  mirrortwin report flight --writer local --format json
+  mirrortwin report flight --ask "why not the oil cooler?"
+
+writers:
+  template   offline, the default
+  model      the endpoint in MIRRORTWIN_LLM_URL, MIRRORTWIN_LLM_MODEL and MIRRORTWIN_LLM_KEY, e.g.
+             https://api.deepseek.com/v1 and deepseek-chat, or Ollama's http://127.0.0.1:11434/v1
+  local      a small model on this machine, without a network (the local-llm extra)
+"""
+FORMATS = ("markdown", "html", "json")
+WRITERS = ("template", "model", "local")
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the options of this command."""
+    parser.add_argument("run_id", metavar="RUN", help="a run id, or a folder written by simulate")
+    parser.add_argument("--format", choices=FORMATS, default="markdown", help="default: markdown")
+    parser.add_argument("--writer", choices=WRITERS, default="template", help="default: template")
+    parser.add_argument("--ask", metavar="QUESTION", help="answer a question instead")
+    parser.add_argument(
+        "--out", type=Path, metavar="FILE", help="write to a file, not the terminal"
+    )
+    parser.add_argument("--store", type=Path, metavar="DIR", help="where the app keeps its runs")
+
+
+def run(args: argparse.Namespace) -> None:
+    """Print or write the report; raises `InputError`, `StoreError` or `WriterError`."""
+    with _writer(args.writer) as writer:
+        exported = _exported(args, writer)
+    for line in exported.report.notes:
+        note(line)
+    if args.format == "json" and args.out is None:
+        print_json(_as_json(exported))
+        return
+    text = _text(exported, args.format, whole=args.ask is None)
+    if args.out is None:
+        print(text, end="")
+        return
+    try:
+        args.out.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise InputError("--out", f"cannot write {args.out}: {error.strerror}") from None
+    print(args.out)
+
+
+@contextmanager
+def _writer(name: str) -> Iterator["Writer"]:
+    from core.report.endpoint import URL, Endpoint
+    from core.report.local_model import local_model
+    from core.report.writers import ModelWriter, TemplateWriter
+
+    with ExitStack() as stack:
+        if name == "template":
+            yield TemplateWriter()
+        elif name == "local":
+            yield ModelWriter(stack.enter_context(local_model()))
+        else:
+            endpoint = Endpoint.from_environment()
+            if endpoint is None:
+                raise InputError(URL, "is not set: where is the language model?")
+            yield ModelWriter(endpoint)
+
+
+def _exported(args: argparse.Namespace, writer: "Writer") -> "Exported":
+    from core.report.case import open_case
+    from core.report.export import Exported
+    from core.report.grounded import Done, write_grounded
+    from core.report.questions import ask
+
+    folder = Path(args.run_id)
+    identity, pair, diagnosis = (
+        _from_folder(folder) if folder.is_dir() else _from_store(args.run_id, args.store)
+    )
+    events = (
+        ask(diagnosis, args.ask, writer)
+        if args.ask is not None
+        else write_grounded(open_case(diagnosis), writer)
+    )
+    *_, done = events
+    assert isinstance(done, Done)
+    return Exported(identity, diagnosis, done.report, pair)
+
+
+def _from_folder(folder: Path) -> "_Read":
+    from app.cli.diagnose import read_pair
+    from core.diagnosis.predict import load_diagnoser
+    from core.experiments.provenance import provenance
+
+    pair = read_pair(folder)
+    identity = {"Run": folder.name, "Version": f"MirrorTwin {provenance()['mirrortwin']}"}
+    return identity, pair, load_diagnoser().diagnose(pair)
+
+
+def _from_store(run_id: str, root: Path | None) -> "_Read":
+    from core.jobs.store import RunStore, default_root
+
+    folder = root or default_root()
+    if not folder.is_dir():
+        raise InputError("RUN", f"there is no folder {run_id}, and no store of runs at {folder}")
+    store = RunStore(folder)
+    try:
+        record = store.get(run_id)
+        diagnosis, _ = store.load_result(run_id)
+        pair = store.load_pair(run_id)
+    finally:
+        store.close()
+    plan = record.plan
+    identity = {
+        "Run": record.id,
+        "Flown": record.created,
+        "Plan": f"{plan.altitude_ft:.0f} ft, {plan.speed_kt:.0f} kt, seed {plan.seed}",
+        "Version": f"MirrorTwin {record.code_version}",
+    }
+    return identity, pair, diagnosis
+
+
+def _as_json(exported: "Exported") -> dict[str, object]:
+    return {"about": exported.about, "report": exported.report.to_dict()}
+
+
+def _text(exported: "Exported", kind: str, *, whole: bool) -> str:
+    import json
+
+    from core.report.export import to_html, to_markdown
+    from core.report.grounded import as_markdown
+
+    if kind == "json":
+        return json.dumps(_as_json(exported), indent=2, allow_nan=False) + "\n"
+    if not whole:
+        return as_markdown(exported.report.sentences) + "\n"
+    return to_html(exported) if kind == "html" else to_markdown(exported)

@@ -1,0 +1,161 @@
+"""A report to take away: Markdown, or one HTML file with its plots that needs no network.
+
+Both name the run, the models and versions behind it, and say that the flight was simulated.
+"""
+
+import html
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import plotly.graph_objects as go
+from markdown_it import MarkdownIt
+from plotly.subplots import make_subplots
+
+from core.channels import CHANNEL_INDEX
+from core.diagnosis.diagnosis import Diagnosis
+from core.report.grounded import GroundedReport
+from core.report.sentences import plain_text
+from core.report.wording import label, plain, unit_of
+from core.twin.trajectory import Pair
+
+SIMULATED = (
+    "Simulated flight: both aircraft were flown by MirrorTwin in JSBSim. This is not a record of a "
+    "real aircraft and no basis for its maintenance."
+)
+
+MAX_PLOTS = 6
+"""Channels drawn, those that moved most."""
+
+PLOT_STEP = 50
+"""Every 50th sample is drawn: one a second, which is enough for a page."""
+
+_FAULTED, _MIRROR, _BAND = "#D55E00", "#0072B2", "rgba(213, 94, 0, 0.10)"
+
+_STYLE = """
+body { font: 16px/1.5 system-ui, sans-serif; color: #1b1f24; margin: 2rem auto; max-width: 52rem;
+       padding: 0 1rem; }
+h1 { font-size: 1.5rem; } h2 { font-size: 1.15rem; margin-top: 1.8rem; }
+table { border-collapse: collapse; font-size: 0.9rem; width: 100%; }
+th, td { border-bottom: 1px solid #d8dee4; padding: 0.25rem 0.5rem; text-align: left; }
+.simulated { border: 1px solid #9a6700; border-radius: 6px; padding: 0.5rem 0.8rem; }
+.note { color: #57606a; } del { color: #82071e; }
+@media print { body { margin: 0; max-width: none; } }
+"""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Exported:
+    """What goes into a file. ``identity``: what the run is (id, plan, versions...), for people."""
+
+    identity: Mapping[str, str]
+    diagnosis: Diagnosis
+    report: GroundedReport
+    pair: Pair | None = None
+
+    @property
+    def about(self) -> dict[str, str]:
+        """The run's identity with writer, classifier, conditions and the report's measures."""
+        measured = self.report.final.to_dict()
+        return {
+            **self.identity,
+            "Classifier": f"{self.diagnosis.model}, {self.diagnosis.conditions} conditions",
+            "Written by": self.report.writer,
+            "Checks": ", ".join(f"{name.upper()} {value:.2f}" for name, value in measured.items()),
+        }
+
+    @property
+    def struck(self) -> list[tuple[str, str]]:
+        """The sentences that were struck, each with the reason."""
+        return [
+            (plain_text(item.checked.text), "; ".join(item.checked.reasons))
+            for item in self.report.sentences
+            if not item.kept
+        ]
+
+
+def to_markdown(given: Exported) -> str:
+    """The report as Markdown."""
+    about = "\n".join(f"- {name}: {plain(value)}" for name, value in given.about.items())
+    parts = [f"# Diagnostic report\n\n**{SIMULATED}**\n\n{about}", given.report.report.markdown]
+    if given.report.notes:
+        parts.append("## Notes\n\n" + "\n".join(f"- {plain(note)}" for note in given.report.notes))
+    if given.struck:
+        lines = [f"- ~~{plain(text)}~~ ({plain(reason)})" for text, reason in given.struck]
+        parts.append("## Struck\n\n" + "\n".join(lines))
+    return "\n\n".join(parts) + "\n"
+
+
+def to_html(given: Exported) -> str:
+    """The report as one HTML file, plots and all, that loads nothing from anywhere."""
+    # Raw HTML in a report is text: the renderer escapes it.
+    render = MarkdownIt("commonmark", {"html": False}).enable("table").disable(["image", "link"])
+    about = "".join(
+        f"<tr><th>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>"
+        for name, value in given.about.items()
+    )
+    notes = "".join(f"<p class='note'>{html.escape(note)}</p>" for note in given.report.notes)
+    struck = "".join(
+        f"<li><del>{html.escape(text)}</del> {html.escape(reason)}</li>"
+        for text, reason in given.struck
+    )
+    plots = "" if given.pair is None else _plots(given.pair, given.diagnosis)
+    return "\n".join(
+        [
+            "<!doctype html><html lang='en'><head><meta charset='utf-8'>",
+            "<meta name='viewport' content='width=device-width, initial-scale=1'>",
+            f"<title>Diagnostic report</title><style>{_STYLE}</style></head><body>",
+            f"<h1>Diagnostic report</h1><p class='simulated'>{html.escape(SIMULATED)}</p>",
+            f"<table>{about}</table>{notes}",
+            str(render.render(given.report.report.markdown)),
+            f"<h2>Plots</h2>{plots}" if plots else "",
+            f"<h2>Struck</h2><ul>{struck}</ul>" if struck else "",
+            "</body></html>\n",
+        ]
+    )
+
+
+def evidence_figure(pair: Pair, diagnosis: Diagnosis) -> go.Figure:
+    """The channels that moved most, faulted over mirror, each with its interval shaded."""
+    items = diagnosis.evidence[:MAX_PLOTS]
+    figure = make_subplots(
+        rows=max(1, len(items)),
+        cols=1,
+        shared_xaxes=True,
+        vertical_spacing=0.04,
+        subplot_titles=[f"{label(item.channel)}, {unit_of(item.channel)}" for item in items],
+    )
+    time_s = pair.faulted.time_s[::PLOT_STEP]
+    for row, item in enumerate(items, start=1):
+        index = CHANNEL_INDEX[item.channel]
+        for name, flight, colour in (
+            ("healthy mirror", pair.mirror, _MIRROR),
+            ("faulted", pair.faulted, _FAULTED),
+        ):
+            values = flight.channels[::PLOT_STEP, index]
+            line = {"color": colour, "width": 1.5}
+            figure.add_scatter(
+                x=time_s, y=values, name=name, line=line, showlegend=row == 1, row=row, col=1
+            )
+        figure.add_vrect(
+            x0=item.start_s, x1=item.end_s, fillcolor=_BAND, line_width=0, row=row, col=1
+        )
+    figure.update_xaxes(title_text="time of flight, s", row=max(1, len(items)), col=1)
+    figure.update_layout(
+        template="simple_white",
+        height=120 + 150 * max(1, len(items)),
+        margin={"l": 60, "r": 20, "t": 40, "b": 50},
+        legend={"orientation": "h", "y": 1.06},
+    )
+    return figure
+
+
+def _plots(pair: Pair, diagnosis: Diagnosis) -> str:
+    if not diagnosis.evidence:
+        return "<p>No channel left its noise.</p>"
+    config: dict[str, Any] = {"displaylogo": False, "responsive": True}
+    return str(
+        evidence_figure(pair, diagnosis).to_html(
+            full_html=False, include_plotlyjs=True, config=config
+        )
+    )
