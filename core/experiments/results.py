@@ -106,4 +106,4 @@ def _write_picture(figure: go.Figure, path: Path) -> None:
 def _few_colours(picture: bytes) -> Image.Image:
     """The picture on its 256 most telling colours: line art takes a quarter of the space so."""
     full = Image.open(BytesIO(picture)).convert("RGB")
-    return full.quantize(256, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
+    return full.quantize(256, method=Image.Quantize.MAXCOVERAGE, kmeans=1, dither=Image.Dither.NONE)

@@ -43,18 +43,20 @@ def draw(rows: Sequence["Row"], channels: Sequence[str]) -> go.Figure:
             },
         )
     )  # fmt: skip
+    failing = [row for row in rows if _fails(row)]
     for text, symbol, chosen in (
-        ("not as expected", "square-open", [row for row in rows if _fails(row)]),
-        ("of these, disputed", "x-thin", [row for row in rows if _fails(row) and row.disputed]),
+        (
+            "sign or range not as expected",
+            "square-open",
+            [row for row in failing if not row.disputed],
+        ),
+        ("the same, and disputed", "diamond-open", [row for row in failing if row.disputed]),
     ):
         figure.add_scatter(
             x=[channel(row.channel).label for row in chosen],
             y=[catalogue()[row.fault].name for row in chosen],
             mode="markers", name=text, showlegend=bool(chosen), hoverinfo="skip",
-            marker={
-                "symbol": symbol, "size": 28, "color": BLACK,
-                "line": {"width": 2.5 if symbol == "square-open" else 1, "color": BLACK},
-            },
+            marker={"symbol": symbol, "size": 28, "color": BLACK, "line_width": 2.5},
         )  # fmt: skip
     figure.update_xaxes(side="top", tickangle=-40, showgrid=False, linecolor=INK)
     figure.update_yaxes(autorange="reversed", showgrid=False)
