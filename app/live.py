@@ -144,9 +144,9 @@ class Session:
         self.show(None, again=True)
 
     @property
-    def attended(self) -> bool:
-        """Whether a page is being served now."""
-        return self._attendant is not None and not self._attendant.done()
+    def abandoned(self) -> bool:
+        """Whether the page was served once and is not any more."""
+        return self._attendant is not None and self._attendant.done()
 
     def scene(self) -> ViserScene:
         """The session's own viser scene, opened on first use."""
@@ -267,6 +267,6 @@ class Sessions:
             asyncio.get_running_loop().call_later(LINGER_S, self._let_go, session)
 
     def _let_go(self, session: Session) -> None:
-        if not session.attended:
+        if session.abandoned:
             self._sessions.pop(session.id, None)
             self._scenes.close(session.id)

@@ -137,7 +137,7 @@ def _mount_pages(server: FastAPI, dash: Dash, store: RunStore) -> None:
     Dash alone answers 200 to any path. The last route here hides the catch-all that it adds.
     """
 
-    @server.get("/{path:path}", include_in_schema=False)
+    @server.api_route("/{path:path}", methods=["GET", "HEAD"], include_in_schema=False)
     def page(path: str, request: Request) -> Response:
         token = set_current_request(request)  # type: ignore[no-untyped-call]  # dash
         try:

@@ -17,6 +17,10 @@
     attributeFilter: ["data-mantine-color-scheme"],
   });
 
+  document.addEventListener("visibilitychange", () => {
+    if (!document.hidden) window.dash_clientside.set_props("awake", { data: Date.now() });
+  });
+
   document.addEventListener("keydown", (event) => {
     if (event.key !== "Enter" || !(event.ctrlKey || event.metaKey)) return;
     const run = document.getElementById("run");

@@ -121,15 +121,25 @@ def _register_live(app: Dash, services: Services) -> None:
 
     @app.callback(
         Input("run-id", "data"),
+        Input("awake", "data"),
         State("session", "data"),
         State("page-kind", "data"),
         websocket=True,
         prevent_initial_call=True,
     )
-    async def follow(run_id: str | None, session_id: str, kind: str | None) -> None:
-        """Follow the run that the address has come to name."""
-        if kind == "fly":
-            services.sessions.get(session_id).show(run_id)
+    async def follow(
+        run_id: str | None, awake: float | None, session_id: str, kind: str | None
+    ) -> None:
+        """Follow the run that the address has come to name.
+
+        A page that slept, in a frozen tab or a closed laptop, was given up: serve it again.
+        """
+        if kind != "fly":
+            return
+        session = services.sessions.get(session_id)
+        session.show(run_id)
+        if ctx.websocket is not None and session.abandoned:
+            await services.sessions.attend(session_id, run_id, Page(ctx.websocket))
 
     _in_browser(
         app,
@@ -166,12 +176,11 @@ def _register_runs(app: Dash, services: Services) -> None:
         try:
             plan, fault = read_form(values)
             path = await _submit(services, session_id, plan, fault, form_is_current=True)
-        except InputError as error:
-            if error.field not in errors:
-                raise
-            errors[error.field] = error.problem
         except MirrorTwinError as error:
-            _alert("The run could not be started", str(error))
+            if isinstance(error, InputError) and error.field in errors:
+                errors[error.field] = error.problem
+            else:
+                _alert("The run could not be started", str(error))
         # The weather may be folded away: an error in it must be seen.
         unfold = any(errors[name] for name in WEATHER_FIELDS) or no_update
         return {"path": path, "errors": errors, "weather": unfold}

@@ -1,4 +1,4 @@
-"""The page *Fly*: what stands where. `run_view` fills it, `fly_callbacks` wires it."""
+"""The page *Fly*: what stands where. `run_view` fills it, `callbacks` wires it."""
 
 from itertools import groupby
 from typing import Any
@@ -61,10 +61,10 @@ def layout() -> html.Div:
     )
 
 
-def idle_figures() -> dict[str, Any]:
-    """Each Plotly figure of the page as it rests before a flight: axes, no lines."""
+def resting_figures(duration_s: float, onset_s: float | None) -> dict[str, Any]:
+    """Each Plotly figure of the page as it rests before a flight of that length: only axes."""
     nothing = np.empty(0, dtype=np.float32)
-    rest: dict[str, Any] = {"duration_s": DEFAULT_PLAN.duration_s, "onset_s": None}
+    rest: dict[str, Any] = {"duration_s": duration_s, "onset_s": onset_s}
     names = {mode.id: mode.name for mode in catalogue().values()}
     return {
         STRIP_ID: heat_strip(nothing, np.empty((0, N_CHANNELS)), **rest),
@@ -105,7 +105,7 @@ def _run_bar() -> html.Section:
                         ],
                         className="run-name",
                     ),
-                    html.Span("Ready", id="run-status", className="badge"),
+                    html.Span("Ready", id="run-status", className="badge", role="status"),
                     dmc.Button("Cancel", id="cancel", size="xs", variant="default", display="none"),
                     dmc.Button(
                         "Run again", id="again", size="xs", variant="default", display="none"
@@ -118,7 +118,7 @@ def _run_bar() -> html.Section:
                 [
                     dmc.Progress(id="progress", value=0, size="xs", transitionDuration=150,
                                  **attributes(aria_label="Progress of the run")),
-                    html.Span("", id="stage", className="note mono", role="status"),
+                    html.Span("", id="stage", className="note mono"),
                 ],
                 className="run-progress",
             ),
@@ -178,7 +178,7 @@ def _legend() -> html.Div:
 
 
 def _diagnosis_panel() -> html.Section:
-    figures = idle_figures()
+    figures = resting_figures(DEFAULT_PLAN.duration_s, None)
     return html.Section(
         [
             html.H2("Diagnosis", className="panel-title"),

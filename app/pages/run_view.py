@@ -50,8 +50,7 @@ def idle() -> list[Update]:
         Update("run-title", "children", "No flight yet"),
         Update("run-subtitle", "children", fly.idle_hint()),
         *_cleared(),
-        Update("flight", "data", cleared("", DEFAULT_PLAN.duration_s, None)),
-        *(Update(graph, "figure", figure) for graph, figure in fly.idle_figures().items()),
+        *_resting(cleared("", DEFAULT_PLAN.duration_s, None)),
     ]
 
 
@@ -91,7 +90,7 @@ class RunView:
             Update("run-title", "children", run_title(self.record)),
             Update("run-subtitle", "children", run_subtitle(self.record)),
             *_cleared(),
-            Update("flight", "data", self._tiles),
+            *_resting(self._tiles),
             *self._state(self.record.status),
             *(Update(field_id(name), "value", value) for name, value in values.items()),
             *(Update(error_id(name), "error", None) for name in values),
@@ -210,9 +209,10 @@ class RunView:
         ]
 
     def _started(self, attempt: int) -> list[Update]:
-        self._begin()
-        updates = [*self._state("running"), Update("flight", "data", self._tiles)]
+        updates = self._state("running")
         if attempt > 1:
+            self._begin()
+            updates += [*_cleared(), *_resting(self._tiles)]
             again = f"Its worker died. The flight has begun again, attempt {attempt}."
             updates.append(alert("warning", "Flying again", again))
         return updates
@@ -249,6 +249,15 @@ def _cleared() -> list[Update]:
         Update("stage", "children", ""),
         Update("ranking", "children", html.P(fly.RANKING_HINT, className="note")),
         Update("report", "children", fly.REPORT_HINT),
+    ]
+
+
+def _resting(tiles: dict[str, Any]) -> list[Update]:
+    """All charts empty, with the axes of the flight that ``tiles`` is for."""
+    figures = fly.resting_figures(tiles["duration_s"], tiles["onset_s"])
+    return [
+        Update("flight", "data", tiles),
+        *(Update(graph, "figure", figure) for graph, figure in figures.items()),
     ]
 
 

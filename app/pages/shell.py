@@ -67,6 +67,7 @@ def layout() -> dmc.MantineProvider:
             dcc.Store(id="page-kind", data=None),
             dcc.Store(id="scheme", data=None),
             dcc.Store(id="taken", data=None),
+            dcc.Store(id="awake", data=None),
             html.A("Skip to the page", href="#page", className="skip-link"),
             dmc.AppShell(
                 [

@@ -169,16 +169,39 @@ def test_a_page_that_has_gone_ends_its_session(
     async def scenario() -> None:
         sessions = Sessions(Feeds(), store, scenes)
         session_id = new_session_id()
-        sessions.get(session_id).scene()
+        session = sessions.get(session_id)
+        session.scene()
         page = Recorded()
         task = asyncio.create_task(sessions.attend(session_id, None, page))
         await asyncio.sleep(0.1)
         assert scenes.find(session_id) is not None
         page.gone = True
         await asyncio.wait_for(task, 5)
+        assert session.abandoned
         await until(lambda: scenes.find(session_id) is None)
 
     asyncio.run(scenario())
+
+
+def test_a_page_that_slept_is_served_again(store: RunStore, scenes: ViserScenes) -> None:
+    async def scenario() -> Recorded:
+        engine = Feeds()
+        sessions = Sessions(engine, store, scenes)
+        session_id = new_session_id()
+        run_id = store.create(Plan(), Fault()).id
+        engine.subscribe(run_id)
+        engine.feeds[run_id].append(events.Progress(run_id, "waiting", 0.0))
+        asleep, awake = Recorded(), Recorded()
+        asleep.gone = True
+        await asyncio.wait_for(sessions.attend(session_id, run_id, asleep), 5)
+        engine.feeds[run_id].append(samples(0, 1.0))
+        task = asyncio.create_task(sessions.attend(session_id, run_id, awake))
+        await until(lambda: "faulted" in awake.last("flight", "data"))
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
+        return awake
+
+    assert asyncio.run(scenario()).last("run-title", "children") == "Nominal"
 
 
 def test_a_run_that_cannot_be_read_becomes_an_alert(store: RunStore, scenes: ViserScenes) -> None:
