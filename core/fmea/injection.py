@@ -17,6 +17,7 @@ class FaultState:
     def __init__(self, fault: Fault, seed: int) -> None:
         """A healthy engine; nothing moves before ``fault.onset_s``."""
         mode = catalogue()[fault.mode]
+        self.reaches_engine = mode.moves_engine
         self._onset_tick = round(fault.onset_s / TICK_S)
         self._tick = 0
         self._defects = np.zeros(N_DEFECTS)

@@ -44,23 +44,31 @@ class EngineFactors:
 HEALTHY = EngineFactors()
 
 
+_POWER_LOST, _CREEP, _ENRICHMENT, _FRICTION = (
+    DEFECT_SLICE[name].start for name in ("power_lost", "throttle_creep", "enrichment", "friction")
+)
+_VALVE, _CHARGE, _LEAN, _MISFIRE = (
+    DEFECT_SLICE[name] for name in ("valve_leak", "charge_loss", "air_leak_lean", "misfire")
+)
+
+
 def engine_factors(defects: Array) -> EngineFactors:
-    """The engine corrections of one defect vector, (N_DEFECTS,)."""
+    """The engine corrections of one defect vector, (N_DEFECTS,).
 
-    def whole(name: str) -> float:
-        return float(defects[DEFECT_SLICE[name]][0])
-
-    leaked = (
-        defects[DEFECT_SLICE["valve_leak"]]
-        + defects[DEFECT_SLICE["charge_loss"]]
-        + LEAN_WORK_LOSS * defects[DEFECT_SLICE["air_leak_lean"]]
-    )
-    indicated = 1.0 - float(np.minimum(leaked + defects[DEFECT_SLICE["misfire"]], 1.0).mean())
-    charge = 1.0 - UNDRAWN_SHARE * float(np.minimum(leaked, 1.0).mean())
+    Called at every tick of a flight, hence in plain floats: ten times faster than arrays of four.
+    """
+    d = defects.tolist()
+    leaked = [
+        valve + charge + LEAN_WORK_LOSS * lean
+        for valve, charge, lean in zip(d[_VALVE], d[_CHARGE], d[_LEAN], strict=True)
+    ]
+    lost = [min(leak + miss, 1.0) for leak, miss in zip(leaked, d[_MISFIRE], strict=True)]
+    indicated = 1.0 - sum(lost) / 4.0
+    charge = 1.0 - UNDRAWN_SHARE * (sum(min(leak, 1.0) for leak in leaked) / 4.0)
     return EngineFactors(
-        throttle=(1.0 - whole("power_lost")) * (1.0 + whole("throttle_creep")),
+        throttle=(1.0 - d[_POWER_LOST]) * (1.0 + d[_CREEP]),
         work=max(indicated / charge, 0.05),
         charge=charge,
-        mixture=1.0 + whole("enrichment"),
-        friction_hp=CRUISE_FRICTION_HP * whole("friction"),
+        mixture=1.0 + d[_ENRICHMENT],
+        friction_hp=CRUISE_FRICTION_HP * d[_FRICTION],
     )

@@ -9,7 +9,7 @@ from core.fmea.effects import Effects, effects_of, healthy
 from core.fmea.fault import Fault
 from core.fmea.injection import FaultState
 from core.fmea.laws import TICK_S, Drivers
-from core.fmea.powerplant import EngineFactors, engine_factors
+from core.fmea.powerplant import HEALTHY, EngineFactors, engine_factors
 from core.twin.aircraft import STEPS_PER_TICK, Aircraft, drivers_along
 from core.twin.avionics import Avionics
 from core.twin.conditions import Setting, flown, mirrored
@@ -55,13 +55,13 @@ class _Flight:
 
         def on_tick(drivers: Drivers) -> EngineFactors:
             defects.append(fault.step(drivers))
-            return engine_factors(defects[-1])
+            return engine_factors(defects[-1]) if fault.is_active else HEALTHY
 
-        if path is None:
+        if path is None and fault.reaches_engine:
             states = self._own().fly(n, on_tick)
         else:
-            states = path
-            defects.extend(fault.step(drivers) for drivers in drivers_along(path))
+            states = self._own().fly(n) if path is None else path
+            defects.extend(fault.step(drivers) for drivers in drivers_along(states))
         if not fault.is_active:
             return states, healthy(n)
         held = np.repeat(np.array(defects).reshape(-1, N_DEFECTS), STEPS_PER_TICK, axis=0)[:n]
