@@ -134,14 +134,14 @@ class Archive:
         self._runs[run.id] = run
 
     def completed(self, order: list[str]) -> Manifest:
-        """Write the manifest, runs in ``order`` whatever order they landed in."""
+        """Write the manifest, runs in ``order`` whatever order they landed in, and read it back."""
         runs = tuple(self._runs[run] for run in order)
         manifest = Manifest(self._header["spec"], self._header["provenance"], runs)
         path = self.folder / MANIFEST
         partial = path.with_suffix(".partial")
         partial.write_text(json.dumps(manifest.to_dict(), indent=1) + "\n", encoding="utf-8")
         partial.replace(path)
-        return manifest
+        return read_manifest(self.folder)
 
 
 def read_manifest(folder: Path) -> Manifest:

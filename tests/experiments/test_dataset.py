@@ -20,7 +20,7 @@ from core.residual.window import EFFECTIVE_STEPS, STRIDE_STEPS, WINDOW_STEPS
 from core.twin.flight import fly_pair
 
 SPEC = DatasetSpec.load()
-SMALL = replace(SPEC, runs_per_class=4, duration_s=120.0, onset_s=(30.0, 35.0))
+SMALL = replace(SPEC, runs_per_class=4, duration_s=70.0, onset_s=(30.0, 35.0))
 
 
 def test_every_class_has_its_runs_in_every_part():
