@@ -27,7 +27,8 @@ _LEAD = re.compile(
     r"loss|climb|elevation|trace|higher|lower|elevated|reduced|increased|decreased|raised|lowered|"
     r"rising|falling|warmer|hotter|cooler|unchanged|normal|stable|quiet|raises|lowers|warms|cools|"
     r"heats|drops|reduces|increases|decreases)"
-    r"(?:\s+(?:of|by)\s+[^,;:]*?)?(?:\s+(?:in|of|for|on|at|to))?(?:\s+(?:the|its|both))?\s*$",
+    r"(?:\s+(?:of|by)\s+[^,;:]*?(?=\s+(?:in|of|for|on|at|to)\b))?(?:\s+(?:in|of|for|on|at|to))?"
+    r"(?:\s+(?:the|its|both))?\s*$",
     re.IGNORECASE,
 )
 _SEGMENT = re.compile(r";|:\s|\.\s|\||\(|\)")

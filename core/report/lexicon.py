@@ -22,6 +22,11 @@ from core.paths import ASSETS
 Pattern = re.Pattern[str]
 
 _WORD = re.compile(r"[a-z]+(?:'[a-z]+)?")
+_PREFIXED = re.compile(r"^(?:un|re|non|pre|mis)")
+_NO_PART = re.compile(r"(?:ly|wards?|ous|able|ible|ful|less|ness|ability|ibility|ence)$")
+"""Endings of words that name no part: adverbs, adjectives and the most abstract of nouns."""
+
+_COMPARED = re.compile(r"(?:([b-df-hj-np-tv-z])\1)?(?:er|est)$")
 _INFLECTED = re.compile(r"(?:s|ed|ing|ly)$")
 _TABLES = {
     "moves": ("up", "down", "still"),
@@ -48,10 +53,15 @@ class Lexicon:
     plain: frozenset[str]
 
     def is_plain(self, word: str) -> bool:
-        """Whether a lower-case word is plain, as it stands or but for an inflection."""
+        """Whether a lower-case word is plain, as it stands or but for an ending or a prefix."""
         if word in self.plain:
             return True
-        return bool(_INFLECTED.search(word)) and _stem(word) in self.plain
+        if _INFLECTED.search(word) and _stem(word) in self.plain:
+            return True
+        if _NO_PART.search(word) and len(word) > 5:
+            return True
+        root = _PREFIXED.sub("", word)
+        return root != word and len(root) > 3 and self.is_plain(root)
 
 
 @cache
@@ -94,6 +104,11 @@ def stems(text: str) -> list[str]:
 def terms(text: str) -> frozenset[str]:
     """The stems of those words of a text that are not plain."""
     return frozenset(_stem(word) for word in _words(text) if not lexicon().is_plain(word))
+
+
+def known_terms(said: frozenset[str], known: frozenset[str]) -> frozenset[str]:
+    """Those stems of ``said`` that are ``known``, comparatives included ("thinner" by "thin")."""
+    return frozenset(item for item in said if item in known or _COMPARED.sub(r"\1", item) in known)
 
 
 def _words(text: str) -> list[str]:

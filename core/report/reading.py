@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from core.report.case import Candidate, Case
-from core.report.lexicon import stems, terms
+from core.report.lexicon import lexicon, stems, terms
 from core.report.mentions import (
     ChannelMention,
     CylinderMention,
@@ -71,7 +71,7 @@ class Reading:
             return list(case.work_order)
         named = [item.mode for item in self.modes if item.mode in case.weighed]
         order = dict.fromkeys([*named, self.subject, *(c.mode.id for c in case.open_verdicts)])
-        if self.section in ("Differential diagnosis", ""):
+        if self.section in ("Differential diagnosis", "") or lexicon().rival.search(self.text):
             order |= dict.fromkeys(case.weighed)
         return [case.weighed[mode] for mode in order]
 
@@ -104,9 +104,14 @@ class Reading:
 def is_known(item: Quantity, focus: Iterable[Candidate]) -> bool:
     """Whether the knowledge of one of these modes has this number in this unit."""
     return any(
-        math.isclose(item.low, other.low, abs_tol=1e-9)
-        and math.isclose(item.high, other.high, abs_tol=1e-9)
-        and (item.unit == other.unit or not item.unit)
+        _same(item, other) and (item.unit == other.unit or not item.unit)
         for candidate in focus
         for other in known_quantities(candidate.mode.id)
     )
+
+
+def _same(item: Quantity, other: Quantity) -> bool:
+    """Whether a number is a known one, or one end of a known range ("between 0.95 and 0.85")."""
+    if math.isclose(item.low, item.high):
+        return any(math.isclose(item.low, end, abs_tol=1e-9) for end in (other.low, other.high))
+    return math.isclose(item.low, other.low) and math.isclose(item.high, other.high)

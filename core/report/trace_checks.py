@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 
 from core.report.channel_checks import TIME_TOLERANCE_S
 from core.report.claims import ChannelClaim
-from core.report.lexicon import stems, terms
+from core.report.lexicon import known_terms, stems, terms
 from core.report.mentions import Quantity
 from core.report.reading import COVERED, Checked, Reading, is_known
 from core.report.statements import passages, vocabulary
@@ -105,7 +105,7 @@ def check_terms(reading: Reading, *, traced: bool) -> Iterator[Checked]:
         return
     focus = reading.focus
     known = frozenset[str]().union(*(vocabulary(item.mode.id) for item in focus))
-    if strange := sorted(said - known):
+    if strange := sorted(said - known_terms(said, known)):
         words = _as_written(reading.text, strange)
         where = ", ".join(item.mode.name for item in focus[:3])
         reason = f"{words}: nothing in the evidence or in the knowledge of {where}"
@@ -113,9 +113,9 @@ def check_terms(reading: Reading, *, traced: bool) -> Iterator[Checked]:
         return
     best = max(
         (item for mode in focus for item in passages(mode.mode.id)),
-        key=lambda item: len(item.terms & said),
+        key=lambda item: len(known_terms(said, item.terms)),
     )
-    share = len(best.terms & said) / len(said)
+    share = len(known_terms(said, best.terms)) / len(said)
     if share > COVERED or (traced and len(said) <= 2):
         yield Checked(True, "knowledge", f"knowledge of {best.mode}, {best.kind}", quote=None)
     else:

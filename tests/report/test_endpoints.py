@@ -106,7 +106,7 @@ def test_a_hostile_endpoint_cannot_keep_the_report_back(reply: Reply, told: str)
     started = time.monotonic()
     with chat_server(reply) as server:
         report = outcome(events_of(server.url, KEY_VALUE))
-    assert time.monotonic() - started < 10.0
+    assert time.monotonic() - started < 30.0
     assert_complete(report)
     assert any(part in note for part in told.split("|") for note in report.notes), report.notes
 

@@ -1,7 +1,7 @@
 """Free-text search over the knowledge base."""
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from core.report.search import search
@@ -26,6 +26,7 @@ def test_gives_no_more_than_asked() -> None:
     assert len(search("oil", limit=3)) == 3
 
 
+@settings(deadline=None)
 @given(st.text(max_size=60))
 def test_any_text_is_a_query(query: str) -> None:
     assert len(search(query)) <= 8

@@ -4,7 +4,7 @@ import random
 from itertools import pairwise
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from report_samples import diagnosis, ideal_evidence
 
@@ -40,12 +40,14 @@ def in_pieces(text: str, cuts: list[int]) -> list[Sentence]:
     return found + splitter.finish()
 
 
+@settings(deadline=None)
 @given(st.lists(st.integers(0, 100_000), max_size=60))
 def test_however_it_streams_the_sentences_are_the_same(cuts: list[int]) -> None:
     report = write_report(diagnosis({"baffle_seal": 0.8}, ideal_evidence("baffle_seal", 1)))
     assert in_pieces(report.markdown, cuts) == sentences(report.markdown)
 
 
+@settings(deadline=None)
 @given(st.text(alphabet=" .!?|#*-1aA\n()", max_size=200), st.lists(st.integers(0, 500), max_size=9))
 def test_any_text_survives_being_cut(text: str, cuts: list[int]) -> None:
     whole, pieces = sentences(text), in_pieces(text, cuts)
