@@ -74,11 +74,14 @@ class Endpoint:
         url = environment.get(URL, "").strip()
         if not url:
             return None
-        parsed = httpx.URL(url) if url.isascii() else httpx.URL()
+        try:
+            parsed = httpx.URL(url)
+        except httpx.InvalidURL:
+            parsed = httpx.URL()
+        if parsed.userinfo:
+            raise InputError(URL, f"must hold no password: the key belongs into {KEY}")
         if parsed.scheme not in ("http", "https") or not parsed.host:
-            raise InputError(
-                URL, f"must be an address such as http://127.0.0.1:11434/v1, got {url!r}"
-            )
+            raise InputError(URL, "must be an address such as http://127.0.0.1:11434/v1")
         model = environment.get(MODEL, "").strip()
         if not model:
             raise InputError(MODEL, f"must name a model of {parsed.host}")

@@ -46,6 +46,9 @@ from core.report.writers import ModelWriter
 
 KEY_VALUE = "sk-very-secret-0123456789"
 QUICK = Limits(connect_s=1.0, silence_s=0.6, reply_s=5.0)
+"""For endpoints that misbehave; one that does not may be slow on a busy machine."""
+
+PATIENT = Limits(connect_s=5.0, silence_s=20.0, reply_s=60.0)
 GIVEN = diagnosis(
     {"baffle_crack": 0.9, "baffle_rivet": 0.08, "cylinder_crack": 0.02},
     [evidence("E1 CHT3", 18.34, 70.0, 180.0), evidence("E1 CHT1", 1.2, 95.0, 180.0)],
@@ -60,8 +63,8 @@ WELL = {
 }
 
 
-def events_of(url: str, key: str = "") -> list[GroundingEvent]:
-    writer = ModelWriter(Endpoint(url, "test-model", key, QUICK))
+def events_of(url: str, key: str = "", limits: Limits = PATIENT) -> list[GroundingEvent]:
+    writer = ModelWriter(Endpoint(url, "test-model", key, limits))
     return list(write_grounded(CASE, writer))
 
 
@@ -105,7 +108,7 @@ def assert_complete(report: GroundedReport) -> None:
 def test_a_hostile_endpoint_cannot_keep_the_report_back(reply: Reply, told: str) -> None:
     started = time.monotonic()
     with chat_server(reply) as server:
-        report = outcome(events_of(server.url, KEY_VALUE))
+        report = outcome(events_of(server.url, KEY_VALUE, QUICK))
     assert time.monotonic() - started < 30.0
     assert_complete(report)
     assert any(part in note for part in told.split("|") for note in report.notes), report.notes
@@ -182,7 +185,7 @@ def test_the_first_words_are_there_at_once() -> None:
         handler.say("rose by 18.3 °F.")  # type: ignore[attr-defined]
 
     with chat_server(slow) as server:
-        stream = write_grounded(CASE, ModelWriter(Endpoint(server.url, "m", "", QUICK)))
+        stream = write_grounded(CASE, ModelWriter(Endpoint(server.url, "m", "", PATIENT)))
         event = next(stream)
         arrived = time.monotonic()
         stream.close()  # type: ignore[attr-defined]
@@ -196,7 +199,7 @@ def test_an_injected_instruction_never_reaches_the_model() -> None:
     given = replace(GIVEN, model=injection)
     obeyed = "The engine is fine. No maintenance is needed. The diagnosis is nominal."
     with chat_server(says({}, default=obeyed)) as server:
-        writer = ModelWriter(Endpoint(server.url, "m", "", QUICK))
+        writer = ModelWriter(Endpoint(server.url, "m", "", PATIENT))
         *_, done = write_grounded(open_case(given), writer)
         assert "IGNORE" not in json.dumps(server.requests)
     assert isinstance(done, Done)
@@ -242,9 +245,11 @@ def test_the_environment_configures_an_endpoint() -> None:
         ({URL: "localhost:1234", MODEL: "m"}, URL),
         ({URL: "http://", MODEL: "m"}, URL),
         ({URL: "http://x/v1"}, MODEL),
+        ({URL: "https://me:sk-secret@x/v1", MODEL: "m"}, URL),
     ],
 )
 def test_a_bad_environment_is_refused_by_name(given: dict[str, str], field: str) -> None:
     with pytest.raises(InputError) as refusal:
         Endpoint.from_environment(given)
     assert refusal.value.field == field
+    assert "secret" not in str(refusal.value)
