@@ -40,7 +40,8 @@
           if (kind === name) link.setAttribute("aria-current", "page");
           else link.removeAttribute("aria-current");
         }
-        if (kind) reportScheme();
+        // The 3D view starts on this report: let the page itself come first.
+        if (kind) requestIdleCallback(reportScheme, { timeout: 1500 });
       },
       // On a narrow screen the form fills the view: bring the run that it started into sight.
       showRun(runId) {

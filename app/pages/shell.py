@@ -72,7 +72,7 @@ def layout() -> dmc.MantineProvider:
             dmc.AppShell(
                 [
                     dmc.AppShellHeader(_header(), className="header"),
-                    dmc.AppShellMain(html.Main(id="page", tabIndex=-1)),
+                    dmc.AppShellMain(html.Div(id="page", tabIndex=-1)),
                 ],
                 header={"height": 44},
                 padding=0,
