@@ -70,7 +70,7 @@ def _shipped(name: str) -> dict[str, Any]:
     return content
 
 
-@pytest.mark.parametrize("name", ["fig6", "fig7", "signs"])
+@pytest.mark.parametrize("name", ["fig6", "fig7", "signs", "speed"])
 def test_shipped_results_are_whole_and_of_the_full_length(name):
     content = _shipped(name)
     assert content["settings"]["quick"] is False
