@@ -98,9 +98,7 @@ def _add_noise(figure: go.Figure, rows: Sequence["ChannelRow"]) -> None:
             ],
         )  # fmt: skip
     figure.add_vrect(x0=1.0 / 1.5, x1=1.5, row=1, col=2, **_BAND)
-    figure.update_xaxes(
-        axis(type="log", tickvals=[0.5, 1, 2], range=[-0.31, 0.31]), row=1, col=2
-    )
+    figure.update_xaxes(axis(type="log", tickvals=[0.5, 1, 2], range=[-0.31, 0.31]), row=1, col=2)
 
 
 def _add_correlations(figure: go.Figure, rows: Sequence["CorrelationRow"]) -> None:
