@@ -5,12 +5,14 @@ from importlib import import_module
 from pathlib import Path
 
 from app.cli.output import print_json, progress, writable_folder
+from core.errors import InputError
 
 QUICK_FOLDER = Path("quick-results")
 
 EXPERIMENTS: dict[str, str] = {
     "fig6": "paths in 3D and from the side, five faults and nominal",
     "fig7": "six key channels, five faults and nominal",
+    "realism": "our field flights beside real G1000 logs (--logs; some ten minutes)",
     "signs": "does every fault move every channel the way engineers say?",
     "speed": "what a flight costs, in bare JSBSim loops (some minutes; on a quiet machine)",
     "table6": "how good are reports by the template and by a language model, raw and grounded?",
@@ -42,19 +44,28 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="where the files go (default: models/results of this installation, with --quick "
         f"./{QUICK_FOLDER})",
     )  # fmt: skip
+    parser.add_argument(
+        "--logs", type=Path, metavar="DIR",
+        help="realism only: the folder of real logs, CSV (default: ../shared/logs beside this "
+        "installation)",
+    )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print the JSON file too")
 
 
 def run(args: argparse.Namespace) -> None:
     """Run one experiment and write its files.
 
-    Raises `FlightError`, `StoreError`, or `MirrorTwinError` where no browser can print the picture.
+    Raises `InputError`, `FlightError`, `StoreError`, or `MirrorTwinError` where no browser can
+    print the picture.
     """
     from core.experiments.results import RESULTS, write_result
 
+    given = {} if args.logs is None else {"logs": args.logs}
+    if given and args.name != "realism":
+        raise InputError("logs", "only the experiment realism reads logs")
     out = writable_folder(args.out or (QUICK_FOLDER if args.quick else RESULTS))
     with progress(args.name) as show:
-        result = import_module(f"core.experiments.{args.name}").run(args.quick, show)
+        result = import_module(f"core.experiments.{args.name}").run(args.quick, show, **given)
     content = write_result(result, out)
     if args.json:
         print_json(content)

@@ -15,7 +15,7 @@ import numpy as np
 from core.channels import CHANNELS
 from core.errors import InputError
 from core.experiments.cruise import CORRELATIONS, Cruise, cruising, describe, steady_stretches
-from core.experiments.detector import STATISTICS, WINDOW_S, Verdict, tell_apart
+from core.experiments.detector import STATISTICS, WINDOW_S, Verdict, tell_apart, tell_own_apart
 from core.experiments.field_plans import field_plan, load_distribution
 from core.experiments.g1000 import LOGS, Log, read_logs
 from core.experiments.realism_figure import draw
@@ -79,7 +79,7 @@ def run(quick: bool, progress: Progress, logs: Path = LOGS) -> Result:
     progress(_SHARE_FLYING)
     ours = describe(flown)
     channels, correlations = channel_rows(ours, theirs), correlation_rows(ours, theirs)
-    verdict = tell_apart(flown, real)
+    verdict, own_aucs = tell_apart(flown, real), tell_own_apart(flown, real)
     progress(1.0)
     return Result(
         name="realism",
@@ -97,6 +97,7 @@ def run(quick: bool, progress: Progress, logs: Path = LOGS) -> Result:
         findings={
             "held": _counts(channels, correlations),
             "auc": verdict.auc,
+            "auc_of_our_own_told_to_be_real": own_aucs,
             "channels": [asdict(row) for row in channels],
             "correlations": [asdict(row) for row in correlations],
             "classifier": asdict(verdict),
@@ -106,7 +107,7 @@ def run(quick: bool, progress: Progress, logs: Path = LOGS) -> Result:
             "logs_left_out": refused,
         },
         figure=draw(channels, correlations, verdict),
-        summary=_summary(channels, correlations, verdict, refused),
+        summary=_summary(channels, correlations, verdict, own_aucs, refused),
     )
 
 
@@ -210,6 +211,7 @@ def _summary(
     channels: Sequence[ChannelRow],
     correlations: Sequence[CorrelationRow],
     verdict: Verdict,
+    own_aucs: Sequence[float],
     refused: dict[str, str],
 ) -> tuple[str, ...]:
     counts = _counts(channels, correlations)
@@ -229,6 +231,11 @@ def _summary(
         lines.append(
             f"classifier: AUC {verdict.auc:.2f} (0.5 is the goal) on {verdict.n_real} real windows "
             f"kept apart by {verdict.groups}; leans on {leans}"
+        )
+    if own_aucs:
+        lines.append(
+            "the same, with some of our own flights told to be the real ones: AUC "
+            + ", ".join(f"{auc:.2f}" for auc in own_aucs)
         )
     lines += [f"left out: {name} ({why})" for name, why in refused.items()]
     return tuple(lines)

@@ -60,7 +60,7 @@ assert len(_STATE_PROPERTIES) == len(STATE_NAMES)
 
 _STEERING_PROPERTIES = (
     "ap/target-altitude-ft", "ap/target-climb-fps", "ap/target-speed-kt", "ap/target-heading-rad",
-    "ap/capture", "ap/speed-hold",
+    "ap/capture", "ap/speed-hold", "ap/power-for-climb-fps",
 )  # fmt: skip
 
 _SCALE = np.array([factor for _, factor, _ in _STATE_PROPERTIES])
@@ -218,6 +218,7 @@ class Aircraft:
             float(np.deg2rad(targets.heading_deg)),
             float(targets.capturing),
             float(targets.capturing or self._always_holds_speed),
+            targets.climb_fps if self._hand else 0.0,
         )
         for node, value in zip(self._steering, values, strict=True):
             node.set_double_value(value)

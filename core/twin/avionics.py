@@ -43,19 +43,21 @@ CHAINS: tuple[Chain, ...] = (
     # The senders resolve a few hundredths of a gallon.
     Chain(("FQtyL", "FQtyR"), smoothing_s=1.0, report_step=0.04),
     # Static and pitot lines, and the air data computer's own smoothing.
-    Chain(("VSpd",), smoothing_s=0.8),
-    Chain(("IAS",), smoothing_s=0.2),
+    Chain(("VSpd",), smoothing_s=1.0),
+    Chain(("IAS",), smoothing_s=0.1),
+    Chain(("NormAc",), smoothing_s=0.06),
 )
 
 JUNCTION_STEP_DEGF = 0.1
 JUNCTION_WANDER_DEGF, JUNCTION_WANDER_TAU_S = 0.15, 60.0
-JUNCTION_WHITE_DEGF = 0.007
-JUNCTION_TURN_DEGF, JUNCTION_TURN_S = 0.010, 2.0
+JUNCTION_WHITE_DEGF = 0.006
+JUNCTION_TURN_DEGF, JUNCTION_TURN_S = 0.008, 2.0
 JUNCTION_SPIKE_SHARE, JUNCTION_SPIKE_DEGF = 0.006, 0.6
 """All thermocouples are read against one cold junction, whose reading flickers between two codes
 and now and then is off by more: real CHT agree in 97 % of what they do within a second."""
 
-_DECIMALS = np.array([channel.resolution for channel in CHANNELS])
+_STEP = np.array([channel.resolution for channel in CHANNELS])
+_PER_STEP = 1.0 / _STEP
 
 
 class Avionics:
@@ -72,13 +74,15 @@ class Avionics:
         """The log (n, 23) of readings (n, 23)."""
         if not self._stages:
             return readings
-        logged = readings.copy()
+        logged = readings.copy()  # what a sensor read is not changed by logging it
         for stage in self._stages:
             logged[:, stage.columns] = stage(readings[:, stage.columns])
         if self._junction is not None:
             logged[:, _THERMOCOUPLES] += self._junction.next(len(readings))[:, None]
-        steps: Array = np.round(logged / _DECIMALS) * _DECIMALS
-        return steps
+        logged *= _PER_STEP
+        np.rint(logged, out=logged)
+        logged *= _STEP
+        return logged
 
 
 _THERMOCOUPLES = [CHANNEL_INDEX[name] for name in HEADS + EXHAUSTS]

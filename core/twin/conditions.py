@@ -22,10 +22,6 @@ TIME_COMPRESSION = {"lab": 4.0, "field": 1.0}
 FUEL_LB = {"lab": (85.0, 140.0), "field": (105.0, 145.0)}
 """What a tank holds at the start; real flights leave with their tanks nearly full."""
 
-MIXTURE_WANDER_SD = 0.004
-MIXTURE_WANDER_TAU_S = 25.0
-"""Field only: metering is never quite steady, and moves all EGT and the fuel flow together."""
-
 FIELD_HEAD_HEAT = 0.86
 FIELD_OIL_HEAT = 0.82
 """Field aircraft run cooler than the lab's: 257-264 F (heads) and 97-102 F (oil) above the outside

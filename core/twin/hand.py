@@ -6,23 +6,28 @@ minute, also in the log whose airspeed is steady to 0.05 kt).
 """
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from core.fmea.laws import TICK_S
-from core.twin.conditions import MIXTURE_WANDER_SD, MIXTURE_WANDER_TAU_S
+
+Array = NDArray[np.float64]
 
 CLIMB_WANDER_FPS, CLIMB_WANDER_TAU_S = 4.5, 2.0
 """Pitch corrections, as the climb rate the pilot aims at."""
 ALTITUDE_WANDER_FT, ALTITUDE_WANDER_TAU_S = 20.0, 20.0
 """How closely the altitude is watched."""
+MIXTURE_WANDER_SD, MIXTURE_WANDER_TAU_S = 0.004, 25.0
+"""Metering is never quite steady, and moves all EGT and the fuel flow together."""
 
-_TICKS_A_DRAW = 1024
+_TICKS_A_DRAW = 600
+_SETTLING_DRAWS = 3
 
 
-@dataclass(frozen=True, slots=True)
-class Drift:
+class Drift(NamedTuple):
     """How far off the hand and the metering are now; ``mixture`` is relative."""
 
     altitude_ft: float
@@ -34,48 +39,49 @@ STILL = Drift(0.0, 0.0, 0.0)
 
 
 class Hand:
-    """Three slow random walks, tick by tick (0.1 s); the same for a seed however it is cut.
-
-    Altitude and climb are critically damped second-order processes, the mixture a first-order one.
-    """
+    """Three slow random walks, tick by tick (0.1 s); the same for a seed however it is cut."""
 
     def __init__(self, stream: tuple[int, int]) -> None:
-        """Walks of that seed, each beginning anywhere in its range."""
+        """Walks of that seed, already under way."""
         self._rng = np.random.default_rng(stream)
-        self._altitude = _Smooth(ALTITUDE_WANDER_FT, ALTITUDE_WANDER_TAU_S)
-        self._climb = _Smooth(CLIMB_WANDER_FPS, CLIMB_WANDER_TAU_S)
-        self._keep = math.exp(-TICK_S / MIXTURE_WANDER_TAU_S)
-        self._kick = MIXTURE_WANDER_SD * math.sqrt(1.0 - self._keep**2)
-        self._mixture = float(self._rng.normal(0.0, MIXTURE_WANDER_SD))
-        self._draws: list[list[float]] = []
-        settling_ticks = round(6.0 * ALTITUDE_WANDER_TAU_S / TICK_S)
-        for draw in self._rng.standard_normal((settling_ticks, 2)).tolist():
-            self._altitude.step(draw[0])
-            self._climb.step(draw[1])
+        self._walks = (
+            Wander(ALTITUDE_WANDER_FT, ALTITUDE_WANDER_TAU_S, TICK_S),
+            Wander(CLIMB_WANDER_FPS, CLIMB_WANDER_TAU_S, TICK_S),
+            Wander(MIXTURE_WANDER_SD, MIXTURE_WANDER_TAU_S, TICK_S),
+        )
+        for _ in range(_SETTLING_DRAWS):
+            self._ahead = self._drawn()
 
     def next(self) -> Drift:
         """Where the walks are at the next tick."""
-        if not self._draws:
-            self._draws = self._rng.standard_normal((_TICKS_A_DRAW, 3)).tolist()[::-1]
-        altitude, climb, mixture = self._draws.pop()
-        self._mixture = self._keep * self._mixture + self._kick * mixture
-        return Drift(self._altitude.step(altitude), self._climb.step(climb), self._mixture)
+        if not self._ahead:
+            self._ahead = self._drawn()
+        return self._ahead.pop()
+
+    def _drawn(self) -> list[Drift]:
+        """The next minute, last tick first."""
+        draws = self._rng.standard_normal((3, _TICKS_A_DRAW, 1))
+        walked = [walk(draw)[:, 0] for walk, draw in zip(self._walks, draws, strict=True)]
+        return [Drift(*row) for row in np.column_stack(walked).tolist()][::-1]
 
 
-class _Smooth:
-    """White noise through two equal first-order stages, scaled to a standard deviation."""
+class Wander:
+    """A critically damped second-order random walk: white noise through two equal lags.
 
-    def __init__(self, sd: float, tau_s: float) -> None:
-        self._keep = math.exp(-TICK_S / tau_s)
-        self._kick = sd * wander_kick(self._keep)
-        self._inner = self._outer = 0.0
+    ``sd`` may differ from column to column, (k,).
+    """
 
-    def step(self, draw: float) -> float:
-        self._inner = self._keep * self._inner + self._kick * draw
-        self._outer = self._keep * self._outer + self._inner
-        return self._outer
+    def __init__(self, sd: float | Array, tau_s: float, step_s: float) -> None:
+        """At rest; it has forgotten that after some six ``tau_s``."""
+        keep = math.exp(-step_s / tau_s)
+        self._kick = np.atleast_1d(sd) * math.sqrt((1.0 - keep**2) ** 3 / (1.0 + keep**2))
+        self._feedback = [1.0, -2.0 * keep, keep**2]
+        self._state = np.zeros((2, len(self._kick)))
 
-
-def wander_kick(keep: float) -> float:
-    """The white sd that gives two equal stages y' = keep y + u, one after the other, unit sd."""
-    return math.sqrt((1.0 - keep**2) ** 3 / (1.0 + keep**2))
+    def __call__(self, draws: Array) -> Array:
+        """The walk along standard normal draws, (n, k) -> (n, k)."""
+        walked, self._state = lfilter(
+            [1.0], self._feedback, draws * self._kick, axis=0, zi=self._state
+        )
+        wander: Array = walked
+        return wander

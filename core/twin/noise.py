@@ -11,12 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from core.channels import CHANNEL_INDEX, CHANNELS, N_CHANNELS
 from core.twin.avionics import EXHAUSTS, HEADS
 from core.twin.conditions import Setting
-from core.twin.hand import wander_kick
+from core.twin.hand import Wander
 from core.twin.plan import DT_S
 
 Array = NDArray[np.float64]
@@ -41,14 +40,14 @@ class Sensor:
 
 SENSORS: tuple[Sensor, ...] = (
     Sensor(("volt1", "volt2"), 0.010, 0.012, 15.0, spread=0.3),
-    Sensor(("amp1", "amp2"), 0.041, 0.012, 15.0, spread=0.3),
+    Sensor(("amp1", "amp2"), 0.040, 0.012, 15.0, spread=0.2),
     # Floats in sloshing fuel.
     Sensor(("FQtyL", "FQtyR"), 0.20, 0.09, 4.0, spread=0.3),
-    Sensor(("E1 FFlow",), 0.045, 0.022, 1.0),
+    Sensor(("E1 FFlow",), 0.045, 0.025, 1.0),
     Sensor(("E1 OilT",), 0.09, 0.4, 30.0, spread=0.3),
     Sensor(("E1 OilP",), 0.25),
-    Sensor(("E1 RPM",), 1.45, 2.8, 1.6, spread=0.2),
-    Sensor(HEADS, 0.08, 0.01, 3.0, spread=0.3),
+    Sensor(("E1 RPM",), 1.45, 2.2, 1.6, spread=0.2),
+    Sensor(HEADS, 0.07, 0.01, 3.0, spread=0.3),
     # No two combustions are alike; No. 4 is the steadiest in every log.
     Sensor(EXHAUSTS[:1], 0.22, 0.85, 1.7),
     Sensor(EXHAUSTS[1:2], 0.14, 0.85, 1.7),
@@ -58,7 +57,7 @@ SENSORS: tuple[Sensor, ...] = (
     Sensor(("IAS",), 0.25),
     Sensor(("VSpd",), 20.0),
     Sensor(("NormAc",), 0.010, spread=0.3),
-    Sensor(("AltMSL",), 0.28),
+    Sensor(("AltMSL",), 0.25),
 )
 
 SHARED: tuple[tuple[tuple[str, ...], float], ...] = (
@@ -102,8 +101,13 @@ class _FieldNoise:
         self._rng = rng
         noisiness = np.exp(_per_channel("spread") * noise_rank)
         self._white_sd = noisiness * _per_channel("white_sd")
-        self._wanders = [_Wander(sensor, noisiness) for sensor in SENSORS if sensor.wander_sd]
-        self._n_draws = N_CHANNELS + sum(len(wander.columns) for wander in self._wanders)
+        self._wanders: list[tuple[list[int], Wander]] = []
+        for sensor in SENSORS:
+            if sensor.wander_sd:
+                columns = [CHANNEL_INDEX[name] for name in sensor.channels]
+                sd = sensor.wander_sd * noisiness[columns]
+                self._wanders.append((columns, Wander(sd, sensor.wander_tau_s, DT_S)))
+        self._n_draws = N_CHANNELS + sum(len(columns) for columns, _ in self._wanders)
         self.next(_SETTLING_STEPS)
 
     def next(self, n: int) -> Array:
@@ -115,29 +119,11 @@ class _FieldNoise:
             white[:, others] = share * white[:, [first]] + own * white[:, others]
         noise: Array = white * self._white_sd
         drawn = N_CHANNELS
-        for wander in self._wanders:
-            k = len(wander.columns)
-            noise[:, wander.columns] += wander(draws[:, drawn : drawn + k])
+        for columns, wander in self._wanders:
+            k = len(columns)
+            noise[:, columns] += wander(draws[:, drawn : drawn + k])
             drawn += k
         return noise
-
-
-class _Wander:
-    """White noise through two equal first-order stages, one column a channel."""
-
-    def __init__(self, sensor: Sensor, noisiness: Array) -> None:
-        self.columns = [CHANNEL_INDEX[name] for name in sensor.channels]
-        self._keep = float(np.exp(-DT_S / sensor.wander_tau_s))
-        self._kick = sensor.wander_sd * wander_kick(self._keep) * noisiness[self.columns]
-        self._state = np.zeros((2, len(self.columns)))
-
-    def __call__(self, draws: Array) -> Array:
-        keep = self._keep
-        wander, self._state = lfilter(
-            [1.0], [1.0, -2.0 * keep, keep**2], draws * self._kick, axis=0, zi=self._state
-        )
-        wandering: Array = wander
-        return wandering
 
 
 def _per_channel(level: str) -> Array:

@@ -1,11 +1,11 @@
 """The pilot: turns the plan's legs into targets for the autopilot, tick by tick."""
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from core.fmea.laws import TICK_S
 from core.twin.constants import CRUISE_MIXTURE
-from core.twin.plan import Plan
+from core.twin.plan import Leg, Plan
 
 CLIMB_FPM = 500.0
 CAPTURE_S = 90.0
@@ -17,8 +17,7 @@ FIELD_KT_PER_S = 0.3
 """A pilot changes speed gently; in lab a new speed is a step for the speed loop."""
 
 
-@dataclass(frozen=True, slots=True)
-class Targets:
+class Targets(NamedTuple):
     """What the autopilot is to hold now; ``capturing`` while a new leg is being taken up.
 
     ``mixture`` is where the lever is, 1 full rich.
@@ -33,13 +32,14 @@ class Targets:
 
 
 class Pilot:
-    """Flies the legs one after the other; nothing to do on a plan without legs."""
+    """Flies the legs one after the other; holds what was reached in between."""
 
     def __init__(self, plan: Plan) -> None:
         """On the plan's altitude, speed and heading, leaned for cruise."""
         self._kt_per_s = FIELD_KT_PER_S if plan.conditions == "field" else math.inf
         self._legs = list(plan.legs)
         self._tick = 0
+        self._held: Targets | None = None
         self._altitude_ft = self._to_altitude_ft = plan.altitude_ft
         self._speed_kt = self._to_speed_kt = plan.speed_kt
         self._heading_deg = plan.heading_deg
@@ -51,13 +51,9 @@ class Pilot:
         now_s = self._tick * TICK_S
         self._tick += 1
         while self._legs and now_s >= self._legs[0].start_s:
-            leg = self._legs.pop(0)
-            self._to_altitude_ft = leg.altitude_ft or self._to_altitude_ft
-            self._to_speed_kt = leg.speed_kt or self._to_speed_kt
-            self._heading_deg = self._heading_deg if leg.heading_deg is None else leg.heading_deg
-            self._to_mixture = leg.mixture or self._to_mixture
-            if not leg.only_mixture:
-                self._capture_until_s = now_s + CAPTURE_S
+            self._take_up(self._legs.pop(0), now_s)
+        if self._held is not None:
+            return self._held
         self._mixture = _toward(self._mixture, self._to_mixture, MIXTURE_PER_S)
         self._speed_kt = _toward(self._speed_kt, self._to_speed_kt, self._kt_per_s)
         step_ft = CLIMB_FPM / 60.0 * TICK_S
@@ -66,7 +62,7 @@ class Pilot:
         self._altitude_ft += change_ft
         if change_ft or self._speed_kt != self._to_speed_kt:
             self._capture_until_s = now_s + CAPTURE_S
-        return Targets(
+        targets = Targets(
             self._altitude_ft,
             change_ft / TICK_S,
             self._speed_kt,
@@ -74,6 +70,18 @@ class Pilot:
             now_s < self._capture_until_s,
             self._mixture,
         )
+        if not targets.capturing and self._mixture == self._to_mixture:
+            self._held = targets
+        return targets
+
+    def _take_up(self, leg: Leg, now_s: float) -> None:
+        self._held = None
+        self._to_altitude_ft = leg.altitude_ft or self._to_altitude_ft
+        self._to_speed_kt = leg.speed_kt or self._to_speed_kt
+        self._heading_deg = self._heading_deg if leg.heading_deg is None else leg.heading_deg
+        self._to_mixture = leg.mixture or self._to_mixture
+        if not leg.only_mixture:
+            self._capture_until_s = now_s + CAPTURE_S
 
 
 def _toward(value: float, target: float, per_s: float) -> float:

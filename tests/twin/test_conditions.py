@@ -7,8 +7,9 @@ from core.channels import CHANNELS, channel
 from core.errors import InputError
 from core.experiments.cruise import white_sd
 from core.fmea.fault import Fault
-from core.twin.flight import fly, fly_pair
+from core.twin.flight import PairFlight, fly, fly_pair
 from core.twin.plan import Leg, Plan, Weather
+from core.twin.trajectory import Trajectory
 
 NOMINAL = Fault("nominal")
 SMOOTH = Weather(isa_deviation_degc=8.0, wind_kt=12.0, wind_from_deg=240.0, turbulence=1.0)
@@ -101,3 +102,19 @@ def test_thermocouples_share_their_cold_junction() -> None:
     flight = fly(FIELD)
     steps = [np.diff(flight.channel(f"E1 CHT{cylinder}")[::50], 2) for cylinder in (1, 2, 3, 4)]
     assert np.corrcoef(steps)[np.triu_indices(4, 1)].min() > 0.8
+
+
+def test_field_blocks_of_any_size_give_the_same_bytes() -> None:
+    plan = Plan(
+        duration_s=90.0, seed=6, conditions="field", weather=SMOOTH, legs=(Leg(20.0, 5200.0),)
+    )
+    flight, blocks = PairFlight(plan, NOMINAL), []
+    for seconds in (0.1, 7.3, 61.7, 60.0):
+        if (block := flight.advance(seconds)) is not None:
+            blocks.append(block)
+    whole = fly_pair(plan, NOMINAL)
+    for cut, joined in (
+        ([block.faulted for block in blocks], whole.faulted),
+        ([block.mirror for block in blocks], whole.mirror),
+    ):
+        assert Trajectory.joined(cut).channels.tobytes() == joined.channels.tobytes()
