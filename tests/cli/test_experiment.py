@@ -26,7 +26,7 @@ def test_every_experiment_is_named_in_help(mirrortwin):
 
 @pytest.mark.slow
 def test_bench_prints_ratios_to_the_bare_loop(mirrortwin):
-    done = mirrortwin("bench", "--rounds", "2", "--quick", "--json")
+    done = mirrortwin("bench", "--rounds", "1", "--quick", "--json")
     assert done.returncode == 0, done.stderr
     speed = json.loads(done.stdout)
     assert speed["steps"] == 15_000
