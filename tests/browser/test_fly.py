@@ -182,7 +182,7 @@ def test_the_address_brings_the_run_back_here_and_in_another_browser(
 
 def test_reload_in_the_middle_of_a_run_goes_on_with_it(fly: Fly) -> None:
     fly.open()
-    fly.fill("duration_s", "3600")
+    fly.fill("duration_s", "7200")
     fly.press("run")
     fly.page.wait_for_url("**/run/*")
     fly.page.locator(".tile-chart[data-samples]:not([data-samples='0'])").first.wait_for()
