@@ -61,15 +61,18 @@ class Page:
 
     socket: DashWebsocketCallback
 
+    async def post(self, updates: Iterable[Update]) -> None:
+        """Set properties without waiting; of several values for one property the last is sent."""
+        # Turning figures into JSON takes milliseconds each: not on the event loop.
+        await asyncio.to_thread(self._queue, updates)
+
     async def send(self, updates: Iterable[Update]) -> Any:
         """Set properties, and return what the tiles hold once the page has answered.
 
-        Of several values for one property the last is sent. The round trip is what holds a fast
-        run back to the pace of a slow page: Dash itself queues without a bound. Raises
-        `PageGoneError`.
+        The round trip is what holds a fast run back to the pace of a slow page: Dash itself queues
+        without a bound. Raises `PageGoneError`.
         """
-        # Turning figures into JSON takes milliseconds each: not on the event loop.
-        await asyncio.to_thread(self._queue, updates)
+        await self.post(updates)
         try:
             return await self.socket.get_prop("taken", "data", timeout=ACK_TIMEOUT_S)
         except (TimeoutError, WebsocketDisconnected):
@@ -84,7 +87,7 @@ class Page:
 async def frames(
     subscription: Subscription, period_s: float = FRAME_S
 ) -> AsyncIterator[list[events.Event]]:
-    """The events of a run in batches: the first at once, then one a period at most.
+    """The events of a run in batches: the first samples at once, then one batch a period at most.
 
     Whatever arrives while the consumer is busy waits for the next batch; none is dropped.
     """
@@ -96,7 +99,8 @@ async def frames(
         batch = [event]
         while (more := subscription.get(timeout=0)) is not None:
             batch.append(more)
-        next_frame_s = loop.time() + period_s
+        if any(isinstance(item, events.Samples) for item in batch):
+            next_frame_s = loop.time() + period_s
         yield batch
 
 
@@ -207,16 +211,18 @@ class Session:
         scene = self.scene()
         scene.reset(view.duration_s, view.onset_s)
         subscription = self.engine.subscribe(run_id)
-        opening = view.opening(fill_form=self._fill_form)
+        # No answer is waited for: the first samples follow at once.
+        await page.post(view.opening(fill_form=self._fill_form))
         seen: set[type[events.Event]] = set()
         try:
             async for batch in frames(subscription):
                 seen.update(type(event) for event in batch)
+                updates = await asyncio.to_thread(view.changes, batch)
                 if samples := _joined(batch):
                     await asyncio.to_thread(scene.extend, samples)
-                updates = await asyncio.to_thread(view.changes, batch)
-                view.taken = await page.send([*opening, *updates])
-                opening = []
+                    view.taken = await page.send(updates)
+                else:
+                    await page.post(updates)
         finally:
             subscription.close()
         if events.Finished in seen:

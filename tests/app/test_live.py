@@ -47,6 +47,9 @@ class Recorded:
         self.updates: list[Update] = []
         self.gone = False
 
+    async def post(self, updates: Iterable[Update]) -> None:
+        self.updates.extend(updates)
+
     async def send(self, updates: Iterable[Update]) -> Any:
         if self.gone:
             raise PageGoneError
@@ -190,11 +193,10 @@ def test_a_page_that_slept_is_served_again(store: RunStore, scenes: ViserScenes)
         session_id = new_session_id()
         run_id = store.create(Plan(), Fault()).id
         engine.subscribe(run_id)
-        engine.feeds[run_id].append(events.Progress(run_id, "waiting", 0.0))
+        engine.feeds[run_id].append(samples(0, 1.0))
         asleep, awake = Recorded(), Recorded()
         asleep.gone = True
         await asyncio.wait_for(sessions.attend(session_id, run_id, asleep), 5)
-        engine.feeds[run_id].append(samples(0, 1.0))
         task = asyncio.create_task(sessions.attend(session_id, run_id, awake))
         await until(lambda: "faulted" in awake.last("flight", "data"))
         task.cancel()

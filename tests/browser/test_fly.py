@@ -28,8 +28,9 @@ TIMEOUT_MS = 120_000
 
 
 def allowed(target_s: float) -> float:
-    """A time target on a machine to ourselves; in proportion longer on one that is shared."""
-    return target_s * max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))
+    """A time target, as many times longer as others want the machine at the same time."""
+    load = os.getloadavg()[0]
+    return target_s * (load if load > (os.cpu_count() or 1) else 1.0)
 
 
 @dataclass
