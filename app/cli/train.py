@@ -8,7 +8,7 @@ from app.cli.output import note, print_json, writable_folder
 from core.paths import MODELS
 
 if TYPE_CHECKING:
-    from core.diagnosis.training import Epoch
+    from core.diagnosis.settings import Epoch
 
 DESCRIPTION = """\
 Train the paper's convolutional network on a data set, score it once on the test part, and save its
@@ -40,7 +40,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Train and save; raises `InputError` or `StoreError`."""
-    from core.diagnosis.training import TrainingSettings, train
+    from core.diagnosis.settings import TrainingSettings
+    from core.diagnosis.training import train
 
     settings = TrainingSettings(seed=args.seed)
     if args.epochs is not None:

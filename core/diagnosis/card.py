@@ -35,6 +35,14 @@ def save_model(models: Path, card: Card, weights: dict[str, Tensor]) -> Card:
     return card
 
 
+def save_card(models: Path, card: Card) -> Card:
+    """Write the card alone, for a classifier whose weights are not kept."""
+    models.mkdir(parents=True, exist_ok=True)
+    card = {"format": CARD_FORMAT, **card, "weights_sha256": None}
+    write_whole(models / f"{card['name']}.json", readable_json(card).encode())
+    return card
+
+
 def load_model(models: Path, name: str) -> tuple[Card, dict[str, Tensor]]:
     """The card and the weights of a model; `MirrorTwinError` says what is missing or broken."""
     try:

@@ -37,7 +37,8 @@ class Diagnosis:
 
     ``time_s``: (k,) end of each 30 s window; ``probabilities_over_time``: (k, 20);
     ``probabilities``: (20,) the verdict over the effective window; ``classes``: the 20 ids.
-    ``onset_s`` is the estimated onset, None where nothing left the noise.
+    ``onset_s`` is the estimated onset, None where nothing left the noise. ``none_of_these`` says
+    that the flight resembles nothing that the model has learnt, so that its verdict counts little.
     """
 
     classes: tuple[str, ...]
@@ -48,6 +49,7 @@ class Diagnosis:
     onset_s: float | None
     model: str
     conditions: str
+    none_of_these: bool = False
 
     @property
     def top(self) -> str:
@@ -68,6 +70,7 @@ class Diagnosis:
             "onset_s": self.onset_s,
             "model": self.model,
             "conditions": self.conditions,
+            "none_of_these": self.none_of_these,
             "over_time": {
                 "time_s": [float(t) for t in self.time_s],
                 "probabilities": [[float(p) for p in row] for row in self.probabilities_over_time],
@@ -90,4 +93,5 @@ class Diagnosis:
             onset_s=values["onset_s"],
             model=values["model"],
             conditions=values["conditions"],
+            none_of_these=values.get("none_of_these", False),
         )

@@ -1,8 +1,12 @@
-"""What the classifiers see: 46 channels, 23 residuals and 23 sensors, normalised (section 5.1)."""
+"""What the classifiers see: 46 channels, 23 residuals and 23 sensors, normalised (section 5.1).
+
+There are four ways to form the residuals, those of the paper's Table 1, and either half can be
+shown alone, as in its Table 3.
+"""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +15,24 @@ from core.channels import CHANNELS, N_CHANNELS
 from core.twin.trajectory import Array, Array32, Pair
 
 N_FEATURES = 2 * N_CHANNELS
+
+Inputs = Literal["both", "residuals", "states"]
+"""Which half of the 46 channels a classifier is shown."""
+
+FEATURE_ROWS: dict[Inputs, slice] = {
+    "both": slice(0, N_FEATURES),
+    "residuals": slice(0, N_CHANNELS),
+    "states": slice(N_CHANNELS, N_FEATURES),
+}
+
+
+def n_features(inputs: Inputs) -> int:
+    """How many channels that is."""
+    rows = FEATURE_ROWS[inputs]
+    return int(rows.stop - rows.start)
+
+
+NOISE_SD = np.array([channel.noise_sd for channel in CHANNELS])
 
 COMPRESSION = 0.1
 """Where the residual scale turns from linear to logarithmic, in white-noise deviations.
@@ -35,21 +57,56 @@ MIN_SENSOR_SD = 1e-3
 """Floors of the divisors, so that a channel that no fault moves is not blown up."""
 
 
-@dataclass(frozen=True, slots=True)
-class FeatureMode:
-    """One way to form the 23 residuals, named as in Table 1 of the paper.
+SURROGATE_COMPRESSION = 0.1
+"""The same for surrogate residuals, in thousandths of the sensor's range: above their noise."""
 
-    ``residual`` maps a flight, (n, 23) channels of it and of its mirror, to (n, 23).
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FeatureMode:
+    """One way to form the 23 residuals, titled as in Table 1 of the paper.
+
+    ``residual`` maps any stretch of a flight, (n, 23) channels of it and of its mirror, to (n, 23);
+    None where it needs the flight's past, as the surrogate does. ``inputs`` is what the paper
+    shows of this mode. ``scale``, (23,), and ``gain`` are those of `Normalisation`.
     """
 
     name: str
     title: str
-    residual: Callable[[Pair], Array32]
+    inputs: Inputs
+    scale: Array
+    gain: float
+    residual: Callable[[Pair], Array32] | None
+
+
+def _differences(pair: Pair) -> Array32:
+    """Each reading minus the one before, (n, 23); the first row is 0."""
+    differences = np.zeros_like(pair.faulted.channels)
+    np.subtract(pair.faulted.channels[1:], pair.faulted.channels[:-1], out=differences[1:])
+    return differences
+
+
+def _nothing(pair: Pair) -> Array32:
+    return np.zeros_like(pair.faulted.channels)
 
 
 FEATURE_MODES: dict[str, FeatureMode] = {
-    "paired": FeatureMode("paired", "Paired-mirror residuals", lambda pair: pair.residual),
-}
+    mode.name: mode
+    for mode in (
+        FeatureMode(
+            "paired", "Paired-mirror residuals", "both",
+            COMPRESSION * NOISE_SD, SHAPE_GAIN, lambda pair: pair.residual,
+        ),
+        FeatureMode(
+            "surrogate", "GRU surrogate prediction residuals", "both",
+            np.full(N_CHANNELS, SURROGATE_COMPRESSION), 1.0, None,
+        ),
+        FeatureMode("raw", "Raw states", "states", NOISE_SD, 1.0, _nothing),
+        FeatureMode(
+            "differencing", "Simple differencing", "residuals", NOISE_SD, 1.0, _differences
+        ),
+    )
+}  # fmt: skip
+"""The two residuals are shown beside the sensors; the other two stand for themselves."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,9 +125,9 @@ class Normalisation:
     sensor_sd: Array
 
     @classmethod
-    def fitted(cls, flights: Iterable[tuple[Array32, Array32]]) -> Self:
+    def fitted(cls, flights: Iterable[tuple[Array32, Array32]], mode: FeatureMode) -> Self:
         """From (residual, sensors) arrays, (n, 23) each, of the training flights."""
-        scale = np.array([COMPRESSION * channel.noise_sd for channel in CHANNELS])
+        scale = mode.scale
         count = 0
         squares, total, total_squares = np.zeros((3, N_CHANNELS))
         for residual, sensors in flights:
@@ -83,19 +140,26 @@ class Normalisation:
         return cls(
             residual_scale=scale,
             residual_sd=np.maximum(np.sqrt(squares / count), MIN_RESIDUAL_SD),
-            shape_gain=np.full(N_CHANNELS, SHAPE_GAIN),
+            shape_gain=np.full(N_CHANNELS, mode.gain),
             sensor_mean=mean,
             sensor_sd=np.maximum(np.sqrt(variance), MIN_SENSOR_SD),
         )
 
-    def features(self, residual: Array32, sensors: Array32) -> NDArray[np.float32]:
-        """(46, n) float32, residuals first, of one window's (n, 23) residuals and sensors."""
-        compressed = np.arcsinh(residual / self.residual_scale)
-        level = compressed.mean(axis=0)
-        shape = np.arcsinh(self.shape_gain * (compressed - level))
-        features = np.empty((N_FEATURES, len(residual)), dtype=np.float32)
-        features[:N_CHANNELS] = (level / self.residual_sd + shape).T
-        features[N_CHANNELS:] = ((sensors - self.sensor_mean) / self.sensor_sd).T
+    def features(
+        self, residual: Array32, sensors: Array32, inputs: Inputs = "both"
+    ) -> NDArray[np.float32]:
+        """Of one window's (n, 23) residuals and sensors: (46, n) float32, residuals first.
+
+        With ``inputs`` other than both, only that half, (23, n).
+        """
+        features = np.empty((n_features(inputs), len(residual)), dtype=np.float32)
+        if inputs != "states":
+            compressed = np.arcsinh(residual / self.residual_scale)
+            level = compressed.mean(axis=0)
+            shape = np.arcsinh(self.shape_gain * (compressed - level))
+            features[:N_CHANNELS] = (level / self.residual_sd + shape).T
+        if inputs != "residuals":
+            features[-N_CHANNELS:] = ((sensors - self.sensor_mean) / self.sensor_sd).T
         return features
 
     def to_dict(self) -> dict[str, list[float]]:

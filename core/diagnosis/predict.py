@@ -3,43 +3,64 @@
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Literal, Self
+from typing import Literal, Protocol, Self
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
+from core.diagnosis.calibration import Calibration
 from core.diagnosis.card import Card, load_model
-from core.diagnosis.diagnosis import Diagnosis
-from core.diagnosis.evidence import find_evidence
-from core.diagnosis.features import FEATURE_MODES, N_FEATURES, FeatureMode, Normalisation
-from core.diagnosis.networks import CLASSIFIERS
-from core.errors import InputError
+from core.diagnosis.diagnosis import Diagnosis, Evidence
+from core.diagnosis.evidence import find_evidence, find_surrogate_evidence
+from core.diagnosis.features import (
+    FEATURE_MODES,
+    FeatureMode,
+    Inputs,
+    Normalisation,
+    n_features,
+)
+from core.diagnosis.networks import NETWORKS
+from core.errors import InputError, MirrorTwinError
 from core.paths import MODELS
 from core.residual.window import EFFECTIVE_S, STRIDE_STEPS, WINDOW_S, WINDOW_STEPS
-from core.twin.plan import DT_S
+from core.surrogate.controls import controls
+from core.surrogate.surrogate import Surrogate, baseline
+from core.twin.plan import DT_S, Conditions, Plan
 from core.twin.trajectory import Array, Array32, Pair, Trajectory
+
+Residual = Literal["paired", "surrogate"]
+"""The two ways that the product offers: by flying a mirror, or by predicting the next reading."""
+
+UNCALIBRATED = Calibration()
 
 TIME_TOLERANCE_S = DT_S / 2
 
 
 def verdict(time_s: Array, probabilities: Array32, onset_s: float | None) -> Array32:
-    """The run's class probabilities, (c,), from those of its windows, (k, c).
+    """The run's class probabilities, (c,), from those of its windows, (k, c): the mean of `heard`.
 
-    ``time_s``: (k,) window ends. The windows that lie wholly within the effective window, onset to
-    onset + 120 s, are averaged; where the flight ends before one is complete, those that reach
-    furthest beyond the onset. Without an onset all count alike.
+    ``time_s``: (k,) window ends.
     """
-    if onset_s is None:
-        chosen = np.ones(len(time_s), dtype=bool)
-    else:
-        begins_after = time_s - WINDOW_S >= onset_s - TIME_TOLERANCE_S
-        chosen = begins_after & (time_s <= onset_s + EFFECTIVE_S + TIME_TOLERANCE_S)
-        if not chosen.any():
-            chosen = np.arange(len(time_s)) == _latest(time_s, onset_s)
+    chosen = heard(time_s, onset_s)
     mean: Array32 = probabilities[chosen].mean(axis=0, dtype=np.float64).astype(np.float32)
     return mean
+
+
+def heard(time_s: Array, onset_s: float | None) -> NDArray[np.bool_]:
+    """Which windows, by their ends (k,), the verdict hears.
+
+    Those that lie wholly within the effective window, onset to onset + 120 s; where the flight
+    ends before one is complete, those that reach furthest beyond the onset. Without an onset all.
+    """
+    if onset_s is None:
+        return np.ones(len(time_s), dtype=bool)
+    begins_after = time_s - WINDOW_S >= onset_s - TIME_TOLERANCE_S
+    chosen: NDArray[np.bool_] = begins_after & (time_s <= onset_s + EFFECTIVE_S + TIME_TOLERANCE_S)
+    if not chosen.any():
+        chosen = np.arange(len(time_s)) == _latest(time_s, onset_s)
+    return chosen
 
 
 def _latest(time_s: Array, onset_s: float) -> int:
@@ -48,11 +69,25 @@ def _latest(time_s: Array, onset_s: float) -> int:
     return int(within[-1]) if len(within) else len(time_s) - 1
 
 
+class ResidualReader(Protocol):
+    """How a diagnosis gets at residuals while a flight goes on."""
+
+    def push(self, block: Pair) -> None:
+        """Take the next samples."""
+
+    def window(self, start_row: int, window: Pair) -> Array32:
+        """Residuals (1500, 23) of a window that begins at ``start_row`` of what was pushed."""
+
+    def evidence(self, pair: Pair) -> tuple[tuple[Evidence, ...], float | None]:
+        """Evidence and onset of the whole flight."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Diagnoser:
     """A trained network with what it needs to read a flight.
 
     ``classes``: the 20 ids in catalogue order. ``conditions``: those that it was trained for.
+    ``inputs``: the half of the 46 channels that it sees. ``surrogate`` where its mode needs one.
     """
 
     name: str
@@ -61,41 +96,127 @@ class Diagnoser:
     mode: FeatureMode
     normalisation: Normalisation
     network: nn.Module
+    inputs: Inputs = "both"
+    calibration: Calibration = UNCALIBRATED
+    surrogate: Surrogate | None = None
 
     @classmethod
-    def from_card(cls, card: Card, weights: dict[str, Tensor]) -> Self:
-        """The model that a card describes, ready to predict."""
+    def from_card(
+        cls, card: Card, weights: dict[str, Tensor], surrogate: Surrogate | None = None
+    ) -> Self:
+        """The model that a card describes, ready to predict.
+
+        Raises `MirrorTwinError` if the card is of another version or another surrogate.
+        """
+        try:
+            return cls._read(card, weights, surrogate)
+        except (KeyError, TypeError, ValueError, AttributeError, RuntimeError) as error:
+            told = str(error).splitlines()[0] if str(error) else ""
+            raise MirrorTwinError(
+                f"model {card.get('name', '?')}: its card is not one that this version can read "
+                f"({type(error).__name__}: {told}); train it again with `mirrortwin train`"
+            ) from None
+
+    @classmethod
+    def _read(cls, card: Card, weights: dict[str, Tensor], surrogate: Surrogate | None) -> Self:
         classes = tuple(card["classes"])
-        network = CLASSIFIERS[card["classifier"]](N_FEATURES, len(classes))
+        inputs: Inputs = card.get("inputs", "both")
+        network = NETWORKS[card["classifier"]](n_features(inputs), len(classes))
         network.load_state_dict(weights)
+        mode = FEATURE_MODES[card["feature_mode"]]
+        if mode.residual is not None:
+            surrogate = None
+        elif surrogate is None or surrogate.fingerprint != card["surrogate"]["fingerprint"]:
+            raise ValueError(f"it was trained with another surrogate {card['surrogate']['name']}")
+        calibration = card.get("calibration", {})
         return cls(
             name=card["name"],
             classes=classes,
             conditions=card["conditions"],
-            mode=FEATURE_MODES[card["feature_mode"]],
+            mode=mode,
             normalisation=Normalisation.from_dict(card["normalisation"]),
             network=network.eval(),
+            inputs=inputs,
+            calibration=Calibration(
+                calibration.get("temperature", 1.0), calibration.get("energy_threshold", np.inf)
+            ),
+            surrogate=surrogate,
         )
 
-    def window(self, pair_window: Pair) -> NDArray[np.float32]:
-        """Class probabilities, (20,), of one 30 s window of 1,500 samples."""
-        features = self.normalisation.features(
-            self.mode.residual(pair_window), pair_window.faulted.channels
-        )
+    def logits(self, residual: Array32, sensors: Array32) -> NDArray[np.float32]:
+        """The network's answer, (20,), to one 30 s window: (1500, 23) residuals and sensors."""
+        features = self.normalisation.features(residual, sensors, self.inputs)
         with torch.inference_mode():
-            logits = self.network(torch.from_numpy(features)[None])
-            probabilities: NDArray[np.float32] = torch.softmax(logits[0], dim=0).numpy()
-        return probabilities
+            answer: NDArray[np.float32] = self.network(torch.from_numpy(features)[None])[0].numpy()
+        return answer
 
-    def diagnose(self, pair: Pair) -> Diagnosis:
-        """The whole run; raises `InputError` if it is shorter than one window."""
-        stream = self.stream()
+    def diagnose(self, pair: Pair, plan: Plan | None = None) -> Diagnosis:
+        """The whole run; raises `InputError` as `stream` and `StreamingDiagnoser.finish` do."""
+        stream = self.stream(plan)
         stream.push(pair)
         return stream.finish()
 
-    def stream(self) -> "StreamingDiagnoser":
-        """A diagnosis that follows a flight block by block."""
-        return StreamingDiagnoser(self)
+    def stream(self, plan: Plan | None = None) -> "StreamingDiagnoser":
+        """A diagnosis that follows a flight block by block.
+
+        ``plan`` is what was commanded: a surrogate needs it, a mirror does not. Raises
+        `InputError` if it is needed and not given.
+        """
+        return StreamingDiagnoser(self, self._reader(plan))
+
+    def _reader(self, plan: Plan | None) -> ResidualReader:
+        if self.mode.residual is not None:
+            return _MirrorReader(self.mode)
+        assert self.surrogate is not None  # see `from_card`
+        if plan is None:
+            raise InputError("plan", "the surrogate has to know what was commanded")
+        return _SurrogateReader(self.surrogate, plan)
+
+
+class _MirrorReader:
+    """Residuals that a window itself tells."""
+
+    def __init__(self, mode: FeatureMode) -> None:
+        assert mode.residual is not None
+        self._residual = mode.residual
+
+    def push(self, block: Pair) -> None:
+        """Nothing to remember."""
+
+    def window(self, start_row: int, window: Pair) -> Array32:
+        return self._residual(window)
+
+    def evidence(self, pair: Pair) -> tuple[tuple[Evidence, ...], float | None]:
+        return find_evidence(pair)
+
+
+class _SurrogateReader:
+    """Residuals of the surrogate, which follows the flight; the mirror is never looked at."""
+
+    def __init__(self, surrogate: Surrogate, plan: Plan) -> None:
+        self._surrogate = surrogate
+        self._plan = plan
+        self._stream = surrogate.stream()
+        self._smoothed: list[Array32] = []
+
+    def push(self, block: Pair) -> None:
+        flight = block.faulted
+        if not len(flight):
+            return
+        commanded = controls(self._plan, round(float(flight.time_s[0]) / DT_S), len(flight))
+        self._smoothed.append(self._stream.push(flight.channels, commanded))
+
+    def window(self, start_row: int, window: Pair) -> Array32:
+        self._smoothed = [np.concatenate(self._smoothed)]
+        smoothed = self._smoothed[0]
+        residual: Array32 = smoothed[start_row : start_row + WINDOW_STEPS] - baseline(smoothed)
+        return residual
+
+    def evidence(self, pair: Pair) -> tuple[tuple[Evidence, ...], float | None]:
+        smoothed = np.concatenate(self._smoothed)
+        return find_surrogate_evidence(
+            smoothed - baseline(smoothed), pair.faulted.time_s, self._surrogate
+        )
 
 
 class StreamingDiagnoser:
@@ -105,13 +226,14 @@ class StreamingDiagnoser:
     `Diagnosis`; nothing but the two sensor logs is looked at.
     """
 
-    def __init__(self, diagnoser: Diagnoser) -> None:
+    def __init__(self, diagnoser: Diagnoser, reader: ResidualReader) -> None:
         """Start at the first sample of a flight."""
         self._diagnoser = diagnoser
+        self._reader = reader
         self._blocks: list[Pair] = []
         self._recent: Pair | None = None
         self._time_s: list[float] = []
-        self._probabilities: list[NDArray[np.float32]] = []
+        self._logits: list[NDArray[np.float32]] = []
 
     def push(self, block: Pair) -> list[tuple[float, NDArray[np.float32]]]:
         """Take the next samples; returns (end time, probabilities (20,)) of each window completed.
@@ -120,25 +242,30 @@ class StreamingDiagnoser:
         """
         block = _channels_only(block)
         self._blocks.append(block)
+        self._reader.push(block)
         recent = block if self._recent is None else _joined([self._recent, block])
         completed = []
         while len(recent.faulted) >= WINDOW_STEPS:
             window = recent[:WINDOW_STEPS]
-            end_s = round(float(window.faulted.time_s[-1]) + DT_S, 3)
-            completed.append((end_s, self._diagnoser.window(window)))
+            residual = self._reader.window(len(self._time_s) * STRIDE_STEPS, window)
+            logits = self._diagnoser.logits(residual, window.faulted.channels)
+            self._time_s.append(round(float(window.faulted.time_s[-1]) + DT_S, 3))
+            self._logits.append(logits)
+            completed.append((self._time_s[-1], self._diagnoser.calibration.probabilities(logits)))
             recent = recent[STRIDE_STEPS:]
         self._recent = recent
-        self._time_s += [end_s for end_s, _ in completed]
-        self._probabilities += [probabilities for _, probabilities in completed]
         return completed
 
     def finish(self) -> Diagnosis:
         """The verdict; raises `InputError` if less than one window has flown."""
         if not self._time_s:
             raise InputError("flight", f"must last at least {WINDOW_S:g} s to be diagnosed")
-        evidence, onset_s = find_evidence(_joined(self._blocks))
+        evidence, onset_s = self._reader.evidence(_joined(self._blocks))
         time_s = np.array(self._time_s)
-        probabilities = np.stack(self._probabilities)
+        calibration = self._diagnoser.calibration
+        logits = np.stack(self._logits)
+        probabilities = calibration.probabilities(logits)
+        energy = float(calibration.energy(logits)[heard(time_s, onset_s)].mean())
         return Diagnosis(
             classes=self._diagnoser.classes,
             time_s=time_s,
@@ -148,6 +275,7 @@ class StreamingDiagnoser:
             onset_s=onset_s,
             model=self._diagnoser.name,
             conditions=self._diagnoser.conditions,
+            none_of_these=energy > calibration.threshold,
         )
 
 
@@ -169,11 +297,26 @@ def _joined(blocks: list[Pair]) -> Pair:
 
 
 @cache
-def load_diagnoser(residual: Literal["paired"] = "paired", models: Path = MODELS) -> Diagnoser:
-    """The shipped classifier for that residual, loaded once a process.
+def load_diagnoser(
+    residual: Residual = "paired", models: Path = MODELS, conditions: Conditions = "lab"
+) -> Diagnoser:
+    """The shipped 1D-CNN for that residual and those conditions, loaded once a process.
 
-    Raises `MirrorTwinError` if its weights or card are missing or do not fit together. PyTorch is
-    held to one thread: a window takes 2 ms, and several workers share the machine.
+    Raises `MirrorTwinError` if its weights or card are missing, of another version, or do not fit
+    together. PyTorch is held to one thread: a window takes 2 ms, and several workers share the
+    machine.
     """
     torch.set_num_threads(1)
-    return Diagnoser.from_card(*load_model(models, f"cnn-{residual}-lab"))
+    card, weights = load_model(models, f"cnn-{residual}-{conditions}")
+    surrogate = load_surrogate(conditions, models) if residual == "surrogate" else None
+    return Diagnoser.from_card(card, weights, surrogate)
+
+
+@cache
+def load_surrogate(conditions: Conditions = "lab", models: Path = MODELS) -> Surrogate:
+    """The shipped surrogate for those conditions, loaded once a process.
+
+    Raises `MirrorTwinError` if its weights or card are missing, of another version, or do not fit
+    together.
+    """
+    return Surrogate.from_card(*load_model(models, f"gru-{conditions}"))

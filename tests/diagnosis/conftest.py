@@ -59,7 +59,7 @@ def untrained() -> Diagnoser:
         conditions="lab",
         mode=FEATURE_MODES["paired"],
         normalisation=Normalisation.fitted(
-            (pair.residual, pair.faulted.channels) for pair in flights
+            ((pair.residual, pair.faulted.channels) for pair in flights), FEATURE_MODES["paired"]
         ),
         network=Cnn1d(N_FEATURES, 20).eval(),
     )

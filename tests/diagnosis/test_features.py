@@ -17,7 +17,7 @@ def flights(make_pair):
 
 
 def test_constants_are_those_of_the_training_flights(flights):
-    fitted = Normalisation.fitted(iter(flights))
+    fitted = Normalisation.fitted(iter(flights), FEATURE_MODES["paired"])
     sensors = np.concatenate([sensors for _, sensors in flights]).astype(np.float64)
     assert fitted.sensor_mean == pytest.approx(sensors.mean(axis=0))
     assert fitted.sensor_sd == pytest.approx(sensors.std(axis=0), rel=1e-3)
@@ -29,7 +29,7 @@ def test_constants_are_those_of_the_training_flights(flights):
 
 
 def test_no_residual_stays_exactly_zero_and_sign_is_kept(flights):
-    fitted = Normalisation.fitted(iter(flights))
+    fitted = Normalisation.fitted(iter(flights), FEATURE_MODES["paired"])
     residual, sensors = flights[1]
     features = fitted.features(residual, sensors)
     assert features.shape == (46, len(residual))
@@ -50,7 +50,7 @@ def _steady(size):
 
 
 def test_a_ratio_of_residuals_becomes_a_difference(flights):
-    fitted = Normalisation.fitted(iter(flights))
+    fitted = Normalisation.fitted(iter(flights), FEATURE_MODES["paired"])
     cht1 = CHANNEL_INDEX["E1 CHT1"]
     level = {
         size: fitted.features(_steady(size), _steady(size))[cht1].mean()
@@ -60,7 +60,7 @@ def test_a_ratio_of_residuals_becomes_a_difference(flights):
 
 
 def test_the_course_within_a_window_is_magnified(flights):
-    fitted = Normalisation.fitted(iter(flights))
+    fitted = Normalisation.fitted(iter(flights), FEATURE_MODES["paired"])
     cht1 = CHANNEL_INDEX["E1 CHT1"]
     growing = _steady(4.0) * np.linspace(0.99, 1.01, 1500, dtype=np.float32)[:, None]
     found = fitted.features(growing, growing)[cht1]
@@ -72,7 +72,7 @@ def test_the_course_within_a_window_is_magnified(flights):
 
 
 def test_the_card_keeps_every_constant(flights):
-    fitted = Normalisation.fitted(iter(flights))
+    fitted = Normalisation.fitted(iter(flights), FEATURE_MODES["paired"])
     read = Normalisation.from_dict(json.loads(json.dumps(fitted.to_dict())))
     residual, sensors = flights[0]
     np.testing.assert_array_equal(

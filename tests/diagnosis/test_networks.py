@@ -3,11 +3,11 @@
 import torch
 from torch import nn
 
-from core.diagnosis.networks import CLASSIFIERS
+from core.diagnosis.networks import NETWORKS
 
 
 def test_cnn_is_that_of_section_5_1():
-    network = CLASSIFIERS["cnn"](46, 20)
+    network = NETWORKS["cnn"](46, 20)
     layers = [layer for layer in network.modules() if not list(layer.children())]
     block = [nn.Conv1d, nn.BatchNorm1d, nn.ReLU, nn.MaxPool1d]
     tail = [nn.AdaptiveAvgPool1d, nn.Flatten, nn.Linear, nn.ReLU, nn.Dropout, nn.Linear]
@@ -21,5 +21,5 @@ def test_cnn_is_that_of_section_5_1():
 
 
 def test_every_classifier_maps_windows_to_logits():
-    for name, build in CLASSIFIERS.items():
+    for name, build in NETWORKS.items():
         assert build(46, 20)(torch.zeros(2, 46, 1500)).shape == (2, 20), name

@@ -9,7 +9,8 @@ import pytest
 from core.channels import CHANNEL_NAMES
 from core.diagnosis.card import load_model
 from core.diagnosis.predict import load_diagnoser
-from core.diagnosis.training import TrainingSettings, train
+from core.diagnosis.settings import TrainingSettings
+from core.diagnosis.training import train
 from core.errors import InputError
 from core.experiments.archive import Archive, StoredRun
 from core.fmea.catalogue import class_ids
