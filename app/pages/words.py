@@ -26,7 +26,11 @@ STATUS_WORDS: dict[Status, str] = {
 }
 
 
-_EVENT_NAMES = {"stall": "stall, angle of attack", "lost_control": "control lost, bank"}
+_EVENT_NAMES = {
+    "stall": "stall, angle of attack",
+    "lost_control": "control lost, bank",
+    "ground": "below sea level, where there is no ground to meet, altitude",
+}
 
 
 def mode_name(mode: str) -> str:

@@ -4,8 +4,6 @@ Layer 1 writes it, layers 2 and 3 read it, and neither learns which failure mode
 defect named in ``PER_CYLINDER`` has four entries, cylinders 1-4.
 """
 
-import numpy as np
-
 ENGINE_WIDE: tuple[str, ...] = (
     "plenum_leak_in2",  # area open between upper and lower cowl deck
     "cooler_leak_in2",  # area open beside the oil cooler
@@ -67,9 +65,9 @@ def cylinders_at(where: str, target: int) -> tuple[int, ...]:
     }[where]
 
 
-def entries(defect: str, where: str, target: int) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
+def entries(defect: str, where: str, target: int) -> list[int]:
     """Indices into the defect vector of ``defect`` at ``where``."""
     start = DEFECT_SLICE[defect].start
     if where == "engine":
-        return np.array([start], dtype=np.intp)
-    return np.array([start + c - 1 for c in cylinders_at(where, target)], dtype=np.intp)
+        return [start]
+    return [start + c - 1 for c in cylinders_at(where, target)]

@@ -4,7 +4,8 @@ Paper section 3.2: per-cylinder cooling efficiency and compression, mixture offs
 friction, oil-cooler efficiency. The sensor equations receive these and nothing else of a fault.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,9 @@ from core.fmea.defects import DEFECT_SLICE, N_DEFECTS
 from core.fmea.plenum import cooling
 
 Array = NDArray[np.float64]
+
+FLAME_EXPONENT = 2.5
+"""Combustion weakens before it goes out: half the power lost leaves four flames in five."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +39,11 @@ class Effects:
     oil_lost_qt: Array
     friction: Array
 
+    def held(self, n_each: int, n: int) -> Self:
+        """Each sample held over ``n_each`` samples, the first n of them."""
+        series = (getattr(self, field.name) for field in fields(self))
+        return type(self)(*(np.repeat(values, n_each, axis=0)[:n] for values in series))
+
 
 def effects_of(defects: Array) -> Effects:
     """The effects of a series of defect vectors, (n, N_DEFECTS)."""
@@ -56,7 +65,7 @@ def effects_of(defects: Array) -> Effects:
         exhaust_leak=each("valve_leak"),
         charge_loss=each("charge_loss"),
         gas_jet=each("gas_jet"),
-        firing=np.clip((1.0 - whole("power_lost") ** 4)[:, None] - misfire, 0.0, 1.0),
+        firing=np.clip((1.0 - whole("power_lost") ** FLAME_EXPONENT)[:, None] - misfire, 0.0, 1.0),
         oil_lost_qt=whole("oil_lost_qt"),
         friction=whole("friction"),
     )
@@ -64,4 +73,4 @@ def effects_of(defects: Array) -> Effects:
 
 def healthy(n: int) -> Effects:
     """The effects of no defect over n samples."""
-    return effects_of(np.zeros((n, N_DEFECTS)))
+    return effects_of(np.zeros((1, N_DEFECTS))).held(n, n)

@@ -8,7 +8,7 @@ the docstring. ``n`` is engine speed, 2450 rpm its reference; ``q`` dynamic pres
 
 import math
 from dataclasses import dataclass, fields
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
@@ -21,8 +21,7 @@ REFERENCE_RPM = 2450.0
 REFERENCE_QBAR_PSF = 33.9
 
 
-@dataclass(frozen=True, slots=True)
-class Drivers:
+class Drivers(NamedTuple):
     """What the engine and the air do at a tick, as far as a defect can feel it."""
 
     rpm: float

@@ -33,7 +33,7 @@ LOCAL_SHARE_OF_DECK = 0.12
 LOCAL_LOSS = np.array([0.40, 0.52, 0.52, 0.40])
 """Cooling lost per share of a cylinder's air stolen; No. 2 and 3 have the shallowest fins."""
 
-MATE_SHARE = 0.07
+MATE_SHARE = 0.06
 """Share of a local leak felt by the cylinder behind or ahead of it on the bank."""
 
 

@@ -11,14 +11,9 @@ does, so each is handed to the parameter that carries it:
 - loss of all combustion and a creeping throttle are the paper's throttle correction.
 """
 
-from dataclasses import dataclass
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import NamedTuple
 
 from core.fmea.defects import DEFECT_SLICE
-
-Array = NDArray[np.float64]
 
 LEAN_WORK_LOSS = 0.70
 """Relative work lost by a cylinder per relative leaning by unmetered air (rich of peak)."""
@@ -30,8 +25,7 @@ CRUISE_FRICTION_HP = 14.0
 """Friction power of an O-320 at cruise; JSBSim's own value covers only the static part."""
 
 
-@dataclass(frozen=True, slots=True)
-class EngineFactors:
+class EngineFactors(NamedTuple):
     """Corrections applied to the JSBSim engine; the defaults leave it untouched."""
 
     throttle: float = 1.0
@@ -47,24 +41,30 @@ HEALTHY = EngineFactors()
 _POWER_LOST, _CREEP, _ENRICHMENT, _FRICTION = (
     DEFECT_SLICE[name].start for name in ("power_lost", "throttle_creep", "enrichment", "friction")
 )
-_VALVE, _CHARGE, _LEAN, _MISFIRE = (
-    DEFECT_SLICE[name] for name in ("valve_leak", "charge_loss", "air_leak_lean", "misfire")
+_CYLINDERS = tuple(
+    zip(
+        *(
+            range(DEFECT_SLICE[name].start, DEFECT_SLICE[name].stop)
+            for name in ("valve_leak", "charge_loss", "air_leak_lean", "misfire")
+        ),
+        strict=True,
+    )
 )
+"""Where the four defects of each cylinder stand."""
 
 
-def engine_factors(defects: Array) -> EngineFactors:
-    """The engine corrections of one defect vector, (N_DEFECTS,).
+def engine_factors(d: list[float]) -> EngineFactors:
+    """The engine corrections of one defect vector, `N_DEFECTS` long.
 
     Called at every tick of a flight, hence in plain floats: ten times faster than arrays of four.
     """
-    d = defects.tolist()
-    leaked = [
-        valve + charge + LEAN_WORK_LOSS * lean
-        for valve, charge, lean in zip(d[_VALVE], d[_CHARGE], d[_LEAN], strict=True)
-    ]
-    lost = [min(leak + miss, 1.0) for leak, miss in zip(leaked, d[_MISFIRE], strict=True)]
-    indicated = 1.0 - sum(lost) / 4.0
-    charge = 1.0 - UNDRAWN_SHARE * (sum(min(leak, 1.0) for leak in leaked) / 4.0)
+    undrawn = lost = 0.0
+    for valve, charge_loss, lean, misfire in _CYLINDERS:
+        leaked = d[valve] + d[charge_loss] + LEAN_WORK_LOSS * d[lean]
+        undrawn += min(leaked, 1.0)
+        lost += min(leaked + d[misfire], 1.0)
+    indicated = 1.0 - lost / 4.0
+    charge = 1.0 - UNDRAWN_SHARE * (undrawn / 4.0)
     return EngineFactors(
         throttle=(1.0 - d[_POWER_LOST]) * (1.0 + d[_CREEP]),
         work=max(indicated / charge, 0.05),

@@ -1,10 +1,18 @@
-"""The JSBSim adapter: one Cessna 172P under autopilot. Nothing else imports jsbsim.
+"""The JSBSim adapter: one Cessna 172P under autopilot. All flights go through it.
 
 JSBSim gives the flight and the engine's speed, power and fuel flow; its own temperature and
-pressure channels are not used (``core.twin.sensors`` synthesises those).
+pressure channels are not used (``core.twin.sensors`` synthesises those). Only the bench, which
+measures what this adapter adds, drives JSBSim beside it.
+
+JSBSim's c172p has power to spare. What keeps a nominal flight inside the limits of a real 172 is
+that its throttle is set by trimming for the plan's airspeed, and that a speed which takes the
+engine past its red line (``core.channels``) is refused at the start. On later legs the throttle
+may still be opened too far: such a flight is not refused but says so (``core.twin.events``).
 """
 
 import tempfile
+import xml.etree.ElementTree as ElementTree
+from array import array
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -13,12 +21,13 @@ import jsbsim
 import numpy as np
 from numpy.typing import NDArray
 
+from core.channels import channel
 from core.errors import FlightError
 from core.fmea.laws import TICK_S, Drivers
 from core.fmea.powerplant import HEALTHY, EngineFactors
 from core.paths import ASSETS
 from core.twin.conditions import FUEL_LB, Setting
-from core.twin.constants import CRUISE_MIXTURE
+from core.twin.constants import CRUISE_MIXTURE, CRUISE_PSF
 from core.twin.hand import STILL, Drift, Hand
 from core.twin.pilot import Pilot, Targets
 from core.twin.plan import DT_S, Plan, Weather
@@ -54,7 +63,7 @@ _STATE_PROPERTIES: tuple[tuple[str, float, float], ...] = (
     ("atmosphere/T-R", 5.0 / 9.0, -273.15),
     ("propulsion/tank/contents-lbs", 1.0 / _LB_PER_GAL, 0.0),
     ("propulsion/tank[1]/contents-lbs", 1.0 / _LB_PER_GAL, 0.0),
-    ("fcs/mixture-pos-norm", 1.0, 0.0),
+    (_ENGINE + "AFR", 1.0, 0.0),
 )
 assert len(_STATE_PROPERTIES) == len(STATE_NAMES)
 
@@ -71,20 +80,25 @@ _OFFSET = np.array([offset for _, _, offset in _STATE_PROPERTIES])
 def _aircraft_folder() -> tempfile.TemporaryDirectory[str]:
     """A folder with JSBSim's own c172p plus our autopilot as a system of it, gone at exit.
 
-    The aircraft file comes from the installed JSBSim and is not copied into this repository.
+    The aircraft file comes from the installed JSBSim and is not copied into this repository. Its
+    wheels and skids are left out: off the ground they change no bit of a flight, and looking for
+    the ground under each of them takes a fifth of JSBSim's time. There is no landing here; a
+    flight that comes down to sea level says so (``core.twin.events``).
     """
     root = Path(jsbsim.get_default_root_dir())
-    original = (root / "aircraft" / "c172p" / "c172p.xml").read_text(encoding="utf-8")
-    marker = '<flight_control name="FCS: c172">'
-    if original.count(marker) != 1:
+    original = ElementTree.parse(root / "aircraft" / "c172p" / "c172p.xml")
+    model = original.getroot()
+    controls, ground = model.find("flight_control"), model.find("ground_reactions")
+    if controls is None or ground is None:
         raise FlightError(f"JSBSim {jsbsim.__version__} has a c172p that MirrorTwin cannot extend")
+    autopilot = ElementTree.Element("system", file="mirrortwin_autopilot")
+    model.insert(list(model).index(controls), autopilot)
+    for contact in ground.findall("contact"):
+        ground.remove(contact)
     folder = tempfile.TemporaryDirectory(prefix="mirrortwin-aircraft-")
     aircraft = Path(folder.name) / "c172p"
     aircraft.mkdir()
-    (aircraft / "c172p.xml").write_text(
-        original.replace(marker, '<system file="mirrortwin_autopilot"/>\n    ' + marker),
-        encoding="utf-8",
-    )
+    original.write(aircraft / "c172p.xml", encoding="utf-8")
     return folder
 
 
@@ -125,7 +139,7 @@ class Aircraft:
         self._hand = Hand(setting.hand_stream) if setting.hand_stream else None
         self._pilot = Pilot(plan) if plan.legs or self._hand else None
         self._steering = [self._node(name) for name in _STEERING_PROPERTIES]
-        self._lever = CRUISE_MIXTURE
+        self._lever = self._leaned(CRUISE_MIXTURE)
         self._always_holds_speed = plan.power == "speed_hold"
 
     def _node(self, name: str) -> jsbsim.FGPropertyNode:
@@ -150,7 +164,7 @@ class Aircraft:
         executive["fcs/throttle-cmd-norm"] = 0.75
         executive.run_ic()
         executive["propulsion/set-running"] = -1
-        executive["fcs/mixture-cmd-norm"] = CRUISE_MIXTURE
+        executive["fcs/mixture-cmd-norm"] = self._leaned(CRUISE_MIXTURE)
         fuel_lb = np.random.default_rng([plan.seed, 0xF0E1]).uniform(*fuel_lb_range, 2)
         executive["propulsion/tank/contents-lbs"] = float(fuel_lb[0])
         executive["propulsion/tank[1]/contents-lbs"] = float(fuel_lb[1])
@@ -161,6 +175,12 @@ class Aircraft:
                 f"no level flight at {plan.altitude_ft:g} ft and {plan.speed_kt:g} kt: "
                 "choose a speed nearer 100 kt or a lower altitude"
             ) from None
+        _, red_rpm = channel("E1 RPM").red
+        if red_rpm is not None and executive[_ENGINE + "engine-rpm"] > red_rpm:
+            raise FlightError(
+                f"no level flight at {plan.altitude_ft:g} ft and {plan.speed_kt:g} kt below "
+                f"{red_rpm:g} rpm: choose a lower speed or altitude"
+            )
         executive["ap/target-altitude-ft"] = plan.altitude_ft
         executive["ap/target-speed-kt"] = plan.speed_kt
         executive["ap/target-heading-rad"] = float(np.deg2rad(plan.heading_deg))
@@ -180,23 +200,28 @@ class Aircraft:
             executive["atmosphere/turbulence/milspec/windspeed_at_20ft_AGL-fps"] = 15.0
             executive["atmosphere/turbulence/milspec/severity"] = weather.turbulence
 
+    def _leaned(self, mixture: float) -> float:
+        """The lever here for the air-fuel ratio that ``mixture`` gives at 5,000 ft; at most 1."""
+        return min(mixture * self._executive["atmosphere/P-psf"] / CRUISE_PSF, 1.0)
+
     def fly(self, n_steps: int, on_tick: Callable[[Drivers], EngineFactors] | None = None) -> Array:
         """Fly ``n_steps`` and return the states before each step, (n_steps, states).
 
         ``on_tick`` is called every `TICK_S` with what the engine does and returns what to correct
-        on it. ``n_steps`` must be a multiple of `STEPS_PER_TICK`.
+        on it.
         """
         run, reads = self._executive.run, self._reads
         has_ticks = on_tick is not None or self._pilot is not None
-        raw: list[float] = []
-        extend = raw.extend
+        raw = array("d")  # a list would keep every number as an object, all over the memory
+        record = raw.fromlist
         for step in range(n_steps):
             row = [read() for read in reads]
-            extend(row)
+            record(row)
             if has_ticks and step % STEPS_PER_TICK == 0:
                 self._tick(on_tick(_drivers(row)) if on_tick else HEALTHY)
             run()
-        states: Array = np.array(raw).reshape(n_steps, len(reads)) * _SCALE + _OFFSET
+        states: Array = np.frombuffer(raw).reshape(n_steps, len(reads)) * _SCALE
+        states += _OFFSET
         return states
 
     def _tick(self, factors: EngineFactors) -> None:
@@ -222,17 +247,16 @@ class Aircraft:
         )
         for node, value in zip(self._steering, values, strict=True):
             node.set_double_value(value)
-        self._lever = targets.mixture * (1.0 + drift.mixture)
+        self._lever = self._leaned(targets.mixture) * (1.0 + drift.mixture)
 
 
 _RPM, _QBAR, _IAS = (STATE_INDEX[name] for name in ("rpm", "qbar_psf", "ias_kt"))
 
 
 def _drivers(row: list[float]) -> Drivers:
-    return Drivers(rpm=row[_RPM], qbar_psf=row[_QBAR], ias_kt=row[_IAS])
+    return Drivers(row[_RPM], row[_QBAR], row[_IAS])
 
 
 def drivers_along(states: Array) -> list[Drivers]:
     """What the engine did at each tick of a flight already flown, states (n, states)."""
-    rows = states[::STEPS_PER_TICK]
-    return [Drivers(float(r[_RPM]), float(r[_QBAR]), float(r[_IAS])) for r in rows]
+    return [_drivers(row) for row in states[::STEPS_PER_TICK].tolist()]

@@ -68,7 +68,13 @@ class Constants:
 C = Constants()
 
 CRUISE_MIXTURE = 0.93
-"""Slightly rich of JSBSim's best power, as a carburetted 172 is flown below 75 % power."""
+"""The mixture lever in cruise at 5,000 ft, 1 full rich: slightly rich of JSBSim's best power, as a
+carburetted 172 is flown below 75 % power. Elsewhere it follows the air pressure, which keeps the
+air-fuel ratio: JSBSim's is 14.7 / 1.3 at full rich and sea level, and falls with the pressure."""
+
+CRUISE_PSF = 1760.9
+"""Air pressure at 5,000 ft in the standard atmosphere."""
+CRUISE_AIR_FUEL_RATIO = 14.7 / (1.3 * CRUISE_MIXTURE * 2116.22 / CRUISE_PSF)
 
 OIL_PSI_RPM = np.array([0.0, 300.0, 700.0, 900.0, 1150.0, 1500.0, 1850.0, 2150.0, 2400.0, 2550.0,
                          3000.0])  # fmt: skip

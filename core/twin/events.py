@@ -10,6 +10,8 @@ from core.twin.plan import DT_S
 from core.twin.trajectory import Trajectory
 
 STALL_ALPHA_DEG = 16.0
+GROUND_FT = 0.0
+"""There is no ground in the simulation: what is flown below sea level is imagined."""
 LOST_CONTROL_BANK_DEG = 60.0
 LEAST_DURATION_S = 0.5
 """Shorter excursions are gusts and noise, not events."""
@@ -17,7 +19,7 @@ LEAST_DURATION_S = 0.5
 
 @dataclass(frozen=True, slots=True)
 class FlightEvent:
-    """One excursion: ``kind`` is ``stall``, ``lost_control`` or the name of the channel.
+    """One excursion: ``kind`` is ``stall``, ``lost_control``, ``ground`` or the channel's name.
 
     ``value`` is the worst value reached, in ``unit``; ``limit`` the line that was crossed.
     """
@@ -37,6 +39,7 @@ def flight_events(flight: Trajectory) -> tuple[FlightEvent, ...]:
         *_excursions(
             "lost_control", flight, np.abs(flight.state("roll_deg")), LOST_CONTROL_BANK_DEG, "deg"
         ),
+        *_excursions_below("ground", flight, flight.state("altitude_ft"), GROUND_FT, "ft"),
     ]
     for channel in CHANNELS:
         low, high = channel.red
@@ -44,11 +47,18 @@ def flight_events(flight: Trajectory) -> tuple[FlightEvent, ...]:
         if high is not None:
             events += _excursions(channel.name, flight, values, high, channel.unit)
         if low is not None:
-            events += [
-                FlightEvent(e.kind, e.start_s, e.end_s, -e.value, low, e.unit)
-                for e in _excursions(channel.name, flight, -values, -low, channel.unit)
-            ]
+            events += _excursions_below(channel.name, flight, values, low, channel.unit)
     return tuple(sorted(events, key=lambda event: event.start_s))
+
+
+def _excursions_below(
+    kind: str, flight: Trajectory, values: NDArray[np.float64], limit: float, unit: str
+) -> list[FlightEvent]:
+    """Where ``values`` (n,) stay below ``limit`` long enough."""
+    return [
+        FlightEvent(event.kind, event.start_s, event.end_s, -event.value, limit, event.unit)
+        for event in _excursions(kind, flight, -values, -limit, unit)
+    ]
 
 
 def _excursions(

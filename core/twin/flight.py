@@ -1,5 +1,7 @@
 """Flying a plan: one trajectory, or the faulted flight beside its mirror (paper section 3.3)."""
 
+from array import array
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -51,21 +53,23 @@ class _Flight:
         return self._aircraft
 
     def _fly_faulted(self, n: int, fault: FaultState, path: Array | None) -> tuple[Array, Effects]:
-        defects: list[Array] = []
+        raw = array("d")
 
         def on_tick(drivers: Drivers) -> EngineFactors:
-            defects.append(fault.step(drivers))
-            return engine_factors(defects[-1]) if fault.is_active else HEALTHY
+            defects = fault.step(drivers)
+            raw.fromlist(defects)
+            return engine_factors(defects) if fault.is_active else HEALTHY
 
         if path is None and fault.reaches_engine:
             states = self._own().fly(n, on_tick)
         else:
             states = self._own().fly(n) if path is None else path
-            defects.extend(fault.step(drivers) for drivers in drivers_along(states))
+            for drivers in drivers_along(states):
+                raw.fromlist(fault.step(drivers))
         if not fault.is_active:
             return states, healthy(n)
-        held = np.repeat(np.array(defects).reshape(-1, N_DEFECTS), STEPS_PER_TICK, axis=0)[:n]
-        return states, effects_of(held)
+        defects = np.frombuffer(raw).reshape(-1, N_DEFECTS)
+        return states, effects_of(defects).held(STEPS_PER_TICK, n)
 
 
 class _Clock:

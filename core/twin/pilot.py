@@ -1,4 +1,9 @@
-"""The pilot: turns the plan's legs into targets for the autopilot, tick by tick."""
+"""The pilot: turns the plan's legs into targets for the autopilot, tick by tick.
+
+Mixtures are named by where the lever would be at 5,000 ft. In climbs and descents the pilot leans
+by altitude, as one does in a 172: the adapter moves the lever with the air pressure, up to full
+rich, so that the air-fuel ratio stays. Where a plan has no legs the lever is set once, at trim.
+"""
 
 import math
 from typing import NamedTuple
@@ -20,7 +25,7 @@ FIELD_KT_PER_S = 0.3
 class Targets(NamedTuple):
     """What the autopilot is to hold now; ``capturing`` while a new leg is being taken up.
 
-    ``mixture`` is where the lever is, 1 full rich.
+    ``mixture`` is where the lever would be at 5,000 ft, 1 full rich.
     """
 
     altitude_ft: float

@@ -64,7 +64,8 @@ class Leg:
 
     Altitude changes at 500 ft/min, headings are taken at up to 20 deg of bank. The speed loop is
     closed while a leg is being captured, whatever the plan's ``power``. ``mixture`` is the lever's
-    position, 1 full rich; cruise begins at 0.93. Moving it alone leaves the throttle alone.
+    position at 5,000 ft, 1 full rich, and follows the air pressure elsewhere; cruise begins at
+    0.93. Moving it alone leaves the throttle alone.
     """
 
     start_s: float

@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 from core.channels import CHANNEL_INDEX, N_CHANNELS
 from core.fmea.effects import Effects
 from core.twin.conditions import Setting
-from core.twin.constants import CRUISE_MIXTURE, OIL_PSI, OIL_PSI_AT_DEGF, OIL_PSI_RPM, C
+from core.twin.constants import CRUISE_AIR_FUEL_RATIO, OIL_PSI, OIL_PSI_AT_DEGF, OIL_PSI_RPM, C
 from core.twin.plan import DT_S
 from core.twin.trajectory import STATE_INDEX
 
@@ -53,7 +53,8 @@ class SensorSynthesiser:
     def read(self, states: Array, effects: Effects, noise: Array) -> Array:
         """Channels (n, 23) of states (n, states), effects over n samples and noise (n, 23)."""
         rpm, charge = _column(states, "rpm"), _charge(states)
-        lean = effects.lean + (1.0 - _column(states, "mixture") / CRUISE_MIXTURE)[:, None]
+        metered = 1.0 - CRUISE_AIR_FUEL_RATIO / _column(states, "air_fuel_ratio")
+        lean = effects.lean + metered[:, None]
         air_degf = _column(states, "oat_degc") * 1.8 + 32.0
         oil_target = _oil_target(states, effects, charge, air_degf, self._airframe.oil_heat)
         oil_degf = self._oil_lag(oil_target[:, None])[:, 0]

@@ -14,7 +14,7 @@ STATE_NAMES: tuple[str, ...] = (
     "north_m", "east_m", "altitude_ft", "roll_deg", "pitch_deg", "heading_deg",
     "ias_kt", "vspd_fpm", "norm_ac_g", "alpha_deg", "qbar_psf",
     "rpm", "power_hp", "fuel_flow_gph", "map_inhg", "throttle", "oat_degc",
-    "fuel_left_gal", "fuel_right_gal", "mixture",
+    "fuel_left_gal", "fuel_right_gal", "air_fuel_ratio",
 )  # fmt: skip
 """What JSBSim gives, in the order of `Trajectory.states`; position is relative to the start."""
 

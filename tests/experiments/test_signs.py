@@ -111,11 +111,6 @@ def test_signs_hold_on_a_plan_that_no_constant_was_fitted_to():
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(
-    strict=True,
-    reason="the cruise mixture does not yet follow air pressure, so that ranges are missed at the "
-    "ends of the altitude box; mending it changes the lab flights and needs a new training",
-)
 def test_the_experiment_counts_what_its_rows_say():
     result = run(True, lambda share: None).to_dict()
     rows = result["rows"]

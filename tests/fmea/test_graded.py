@@ -82,3 +82,18 @@ def test_the_main_effect_of_each_mode_grows_with_severity(mode: str) -> None:
         _assert_graded(mode, plan, pair)
 
     grows()
+
+
+def test_a_failing_engine_fails_by_degrees() -> None:
+    """Not its main channel alone: speed, heads, exhaust, pressure and fuel flow, step by step."""
+    plan = Plan(duration_s=DURATION_S, seed=11)
+    rows = slice(round((ONSET_S + 60.0) / DT_S), None)
+    healthy = fly(plan)
+    for name in ("E1 RPM", "E1 CHT1", "E1 EGT1", "E1 OilP", "E1 FFlow", "VSpd"):
+        lost = [
+            float((healthy.channel(name) - fly(plan, fault).channel(name))[rows].mean(dtype=float))
+            for fault in (Fault("engine_failure", s, ONSET_S) for s in (0.1, 0.3, 0.6, 1.0))
+        ]
+        steps = np.diff(lost) / lost[-1]
+        assert np.all(steps > 0.02), (name, lost)
+        assert lost[0] < 0.85 * lost[-1], (name, lost)

@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from core.channels import CHANNELS, channel
-from core.errors import InputError
+from core.errors import FlightError, InputError
 from core.experiments.cruise import white_sd
 from core.fmea.fault import Fault
+from core.twin.constants import CRUISE_AIR_FUEL_RATIO, CRUISE_MIXTURE
+from core.twin.events import flight_events
 from core.twin.flight import PairFlight, fly, fly_pair
 from core.twin.plan import Leg, Plan, Weather
 from core.twin.trajectory import Trajectory
@@ -92,10 +94,48 @@ def test_the_mixture_lever_moves_exhaust_and_fuel_flow_apart() -> None:
     legs = (Leg(30.0, mixture=1.0), Leg(90.0, mixture=0.86))
     flight = fly(Plan(duration_s=180.0, conditions="field", legs=legs))
     rich, lean = slice(3500, 4500), slice(8000, 9000)
-    assert flight.state("mixture")[rich].mean() == pytest.approx(1.0, abs=0.01)
+    full_rich = CRUISE_AIR_FUEL_RATIO * CRUISE_MIXTURE
+    assert flight.state("air_fuel_ratio")[rich].mean() == pytest.approx(full_rich, rel=0.01)
     egt, fuel = flight.channel("E1 EGT2"), flight.channel("E1 FFlow")
     assert egt[lean].mean() > egt[rich].mean() + 80.0
     assert fuel[lean].mean() < 0.92 * fuel[rich].mean()
+
+
+@pytest.mark.parametrize("altitude_ft", [4000.0, 5000.0, 9000.0])
+def test_cruise_is_leaned_for_its_altitude(altitude_ft: float) -> None:
+    flight = fly(Plan(altitude_ft, 90.0, duration_s=30.0))
+    ratio = flight.state("air_fuel_ratio")
+    assert ratio == pytest.approx(np.full(len(ratio), CRUISE_AIR_FUEL_RATIO), rel=0.002)
+
+
+def test_below_3000_ft_even_full_rich_is_leaner_than_cruise() -> None:
+    flight = fly(Plan(2000.0, 90.0, duration_s=30.0))
+    assert flight.state("air_fuel_ratio").mean() > 1.03 * CRUISE_AIR_FUEL_RATIO
+
+
+def test_the_pilot_leans_in_a_climb() -> None:
+    flight = fly(Plan(4000.0, 85.0, duration_s=400.0, legs=(Leg(10.0, altitude_ft=6500.0),)))
+    assert flight.state("altitude_ft")[-1] > 6300.0
+    ratio = flight.state("air_fuel_ratio")
+    assert ratio == pytest.approx(np.full(len(ratio), CRUISE_AIR_FUEL_RATIO), rel=0.003)
+
+
+@pytest.mark.parametrize(
+    ("altitude_ft", "speed_kt", "isa_deviation_degc"), [(9000.0, 115.0, 0.0), (8000.0, 110.0, 25.0)]
+)
+def test_a_cruise_past_the_red_line_is_refused(
+    altitude_ft: float, speed_kt: float, isa_deviation_degc: float
+) -> None:
+    weather = Weather(isa_deviation_degc=isa_deviation_degc)
+    with pytest.raises(FlightError, match="below 2700 rpm: choose a lower speed or altitude"):
+        fly(Plan(altitude_ft, speed_kt, duration_s=30.0, weather=weather))
+
+
+def test_the_fastest_cruise_that_is_not_refused_stays_within_every_limit() -> None:
+    hot = Weather(isa_deviation_degc=25.0)
+    for altitude_ft, speed_kt in ((2000.0, 115.0), (6000.0, 110.0), (9000.0, 105.0)):
+        flight = fly(Plan(altitude_ft, speed_kt, duration_s=300.0, weather=hot))
+        assert flight_events(flight) == (), (altitude_ft, speed_kt)
 
 
 def test_thermocouples_share_their_cold_junction() -> None:
