@@ -9,30 +9,29 @@ import asyncio
 import logging
 import re
 import secrets
-from collections.abc import AsyncIterator, Iterable
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
 from dash.backends.ws import DashWebsocketCallback
 from dash.exceptions import WebsocketDisconnected
 
+from app.frames import FRAME_S, frames, joined
 from app.pages.run_view import RunView, Update, alert, idle, reported
 from app.scenes.viser_proxy import ViserScenes
 from app.scenes.viser_scene import ViserScene
 from core.errors import InputError, MirrorTwinError
 from core.jobs import events
 from core.jobs.engine import Engine
-from core.jobs.feed import Subscription
 from core.jobs.store import RunStore
 
 logger = logging.getLogger(__name__)
 
 UNEXPECTED = "The server met an error it did not expect; its log says more. Reload to try again."
 
-FRAME_S = 0.2
-"""Pages are updated at 5 Hz at most; what comes faster is sent together."""
+PATIENCE_S = 0.3
+"""How long a page that turns to a run waits for its first samples, to show them before all else."""
 
 ACK_TIMEOUT_S = 20.0
 """A page that has not taken a frame for so long is gone, or as good as gone."""
@@ -82,36 +81,6 @@ class Page:
         latest = {(item.component_id, item.prop): item.value for item in updates}
         for (component_id, prop), value in latest.items():
             self.socket.set_prop_sync(component_id, prop, value)
-
-
-async def frames(
-    subscription: Subscription, period_s: float = FRAME_S
-) -> AsyncIterator[list[events.Event]]:
-    """The events of a run in batches: the first samples at once, then one batch a period at most.
-
-    Whatever arrives while the consumer is busy waits for the next batch; none is dropped.
-    """
-    loop = asyncio.get_running_loop()
-    next_frame_s = loop.time()
-    async for event in subscription:
-        if not isinstance(event, events.FinalEvent):
-            await asyncio.sleep(next_frame_s - loop.time())
-        batch = [event]
-        while (more := subscription.get(timeout=0)) is not None:
-            batch.append(more)
-        if any(isinstance(item, events.Samples) for item in batch):
-            next_frame_s = loop.time() + period_s
-        yield batch
-
-
-def _joined(batch: list[events.Event]) -> events.Samples | None:
-    """All samples of a batch as one event: the 3D scene is drawn anew for each."""
-    parts = [event for event in batch if isinstance(event, events.Samples)]
-    if len(parts) < 2:
-        return parts[0] if parts else None
-    columns = ("time_s", "faulted", "mirror", "faulted_states", "mirror_states")
-    joined = {name: np.concatenate([getattr(part, name) for part in parts]) for name in columns}
-    return events.Samples(parts[0].run_id, parts[0].index, **joined)
 
 
 @dataclass(slots=True)
@@ -208,29 +177,32 @@ class Session:
     async def _show_run(self, page: Page, run_id: str) -> None:
         record = await asyncio.to_thread(self.store.get, run_id)
         view = RunView(record)
-        scene = self.scene()
-        scene.reset(view.duration_s, view.onset_s)
         subscription = self.engine.subscribe(run_id)
-        # No answer is waited for: the first samples follow at once.
         await page.post(view.opening(fill_form=self._fill_form))
         seen: set[type[events.Event]] = set()
+        in_place = False
         try:
-            async for batch in frames(subscription):
+            async for batch in frames(subscription, patience_s=PATIENCE_S):
                 seen.update(type(event) for event in batch)
                 updates = await asyncio.to_thread(view.changes, batch)
-                if samples := _joined(batch):
-                    await asyncio.to_thread(scene.extend, samples)
+                if samples := joined(batch):
                     view.taken = await page.send(updates)
+                if not in_place:
+                    # What costs the browser most comes once the first samples are painted.
+                    in_place = True
+                    await asyncio.sleep(FRAME_S if samples else 0.0)
+                    self.scene().reset(view.duration_s, view.onset_s)
+                    await page.post(view.resting())
+                if samples:
+                    await asyncio.to_thread(self.scene().extend, samples)
                 else:
                     await page.post(updates)
         finally:
             subscription.close()
         if events.Finished in seen:
-            await self._show_whole(page, view, scene, with_result=events.Diagnosed not in seen)
+            await self._show_whole(page, view, with_result=events.Diagnosed not in seen)
 
-    async def _show_whole(
-        self, page: Page, view: RunView, scene: ViserScene, *, with_result: bool
-    ) -> None:
+    async def _show_whole(self, page: Page, view: RunView, *, with_result: bool) -> None:
         """The finished run at full rate, from the store."""
         run_id = view.record.id
         if with_result:
@@ -238,7 +210,7 @@ class Session:
             await page.send([*view.diagnosed(diagnosis), *reported(report)])
         pair = await asyncio.to_thread(self.store.load_pair, run_id)
         await page.send(await asyncio.to_thread(view.whole, pair))
-        await asyncio.to_thread(scene.show, pair, view.onset_s)
+        await asyncio.to_thread(self.scene().show, pair, view.onset_s)
 
 
 class Sessions:

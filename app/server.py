@@ -1,5 +1,6 @@
 """The web server: Dash on FastAPI, the 3D scenes and the recordings, all on one port."""
 
+import asyncio
 import errno
 import hashlib
 import signal
@@ -21,7 +22,7 @@ from starlette.middleware.trustedhost import TrustedHostMiddleware
 
 from app.live import Sessions
 from app.pages import callbacks, shell
-from app.recorder import Recorder
+from app.recorder import Recorder, warm_up
 from app.scenes.recordings import Recordings
 from app.scenes.viser_proxy import ViserScenes
 from app.security import BodyLimit, SecurityHeaders, content_security_policy
@@ -63,7 +64,9 @@ def create_app(engine: Engine, store: RunStore) -> FastAPI:
 
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
+        warming = asyncio.create_task(asyncio.to_thread(warm_up))
         yield
+        await warming
         await recorder.close()
         scenes.close_all()
 

@@ -1,6 +1,7 @@
 // The 23 channel tiles: both flights above, their residual below, drawn by uPlot on canvas.
 //
-// One cursor and one zoom serve all tiles. What is drawn comes from `app/panels/sensors.py`, as
+// One cursor and one zoom serve all tiles. Tiles in view are drawn at once, the others as soon as the
+// browser has nothing better to do. What is drawn comes from `app/panels/sensors.py`, as
 // float32 in base64; colours come from `style.css`.
 
 (function () {
@@ -86,6 +87,12 @@
       this.residual = new uPlot(this.residualOptions(width), [[], []], root);
       this.resizing = new ResizeObserver(() => this.fit());
       this.resizing.observe(root);
+      this.inView = true;
+      this.seeing = new IntersectionObserver((sightings) => {
+        this.inView = sightings[sightings.length - 1].isIntersecting;
+        if (this.inView && this.stale) this.draw();
+      });
+      this.seeing.observe(root);
     }
 
     sensorOptions(width) {
@@ -125,6 +132,7 @@
     }
 
     draw() {
+      this.stale = false;
       const [time, faulted, mirror] = flight.channels[this.index] || [[], [], []];
       const residual = faulted.map((value, at) => value - mirror[at]);
       this.latest = time.length - 1;
@@ -175,6 +183,7 @@
 
     destroy() {
       this.resizing.disconnect();
+      this.seeing.disconnect();
       this.sensor.destroy();
       this.residual.destroy();
     }
@@ -291,6 +300,24 @@
     tiles = specs.map((spec, index) => new Tile(document.getElementById(`tile-${index}`), spec, index));
   }
 
+  let idle = null;
+
+  function drawStaleWhenIdle() {
+    if (idle !== null || !tiles.some((tile) => tile.stale)) return;
+    idle = requestIdleCallback(
+      (deadline) => {
+        idle = null;
+        for (const tile of tiles) {
+          if (!tile.stale) continue;
+          tile.draw();
+          if (deadline.timeRemaining() < 4) break;
+        }
+        drawStaleWhenIdle();
+      },
+      { timeout: 500 },
+    );
+  }
+
   // Draws a message and returns how much of which flight the page now holds.
   function showFlight(message, specs) {
     if (!message || !specs || !document.getElementById("tile-0")) return { key: null, count: 0 };
@@ -301,7 +328,11 @@
     if (message.whole) replaceFlight(message);
     else if (message.time_s && message.start <= flight.count) extendFlight(message);
     build(specs);
-    tiles.forEach((tile) => tile.draw());
+    for (const tile of tiles) {
+      tile.stale = true;
+      if (tile.inView) tile.draw();
+    }
+    drawStaleWhenIdle();
     return { key: flight.key, count: flight.count };
   }
 

@@ -163,15 +163,19 @@ def _register_runs(app: Dash, services: Services) -> None:
             "clicks": Input("run", "n_clicks"),
             "session_id": State("session", "data"),
             "values": fields,
+            "shown": {name: State(error_id(name), "error") for name in FIELDS},
         },
         running=[(Output("run", "loading"), True, False)],
         websocket=True,
         prevent_initial_call=True,
     )
-    async def run(clicks: int | None, session_id: str, values: dict[str, Any]) -> dict[str, Any]:
-        """Fly what the form says."""
+    async def run(
+        clicks: int | None, session_id: str, values: dict[str, Any], shown: dict[str, str | None]
+    ) -> dict[str, Any]:
+        """Fly what the form says; ``shown`` are the errors that it shows so far."""
         _require(clicks)
-        errors: dict[str, str | None] = dict.fromkeys(FIELDS)
+        # Only what changes: the browser would draw every field anew before the first sample.
+        errors: dict[str, Any] = {name: None if shown[name] else no_update for name in FIELDS}
         path: Any = no_update
         try:
             plan, fault = read_form(values)
@@ -182,7 +186,7 @@ def _register_runs(app: Dash, services: Services) -> None:
             else:
                 _alert("The run could not be started", str(error))
         # The weather may be folded away: an error in it must be seen.
-        unfold = any(errors[name] for name in WEATHER_FIELDS) or no_update
+        unfold = any(isinstance(errors[name], str) for name in WEATHER_FIELDS) or no_update
         return {"path": path, "errors": errors, "weather": unfold}
 
     @app.callback(

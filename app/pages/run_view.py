@@ -84,17 +84,26 @@ class RunView:
         self._windows: list[events.Probabilities] = []
 
     def opening(self, *, fill_form: bool) -> list[Update]:
-        """The page as it turns to this run: its name, its settings in the form, empty panels."""
+        """The page as it turns to this run: its name, its state, its settings in the form."""
         values = form_values(self.record.plan, self.record.fault) if fill_form else {}
         return [
             Update("run-title", "children", run_title(self.record)),
             Update("run-subtitle", "children", run_subtitle(self.record)),
             *_cleared(),
-            *_resting(self._tiles),
             *self._state(self.record.status),
             *(Update(field_id(name), "value", value) for name, value in values.items()),
             *(Update(error_id(name), "error", None) for name in values),
         ]
+
+    def resting(self) -> list[Update]:
+        """Axes of this flight for each chart that has nothing to show yet."""
+        figures = fly.resting_figures(self.duration_s, self.onset_s)
+        if self._strip_s > 0.0:
+            del figures[fly.STRIP_ID]
+        if self._windows:
+            del figures[fly.PROBABILITIES_ID]
+        updates = [Update(graph, "figure", figure) for graph, figure in figures.items()]
+        return updates if self._samples else [Update("flight", "data", self._tiles), *updates]
 
     def changes(self, batch: Sequence[events.Event]) -> list[Update]:
         """What a batch of events, in order, changes on the page."""

@@ -254,6 +254,8 @@ def _run_buttons() -> html.Div:
                 fullWidth=True,
                 size="sm",
                 n_clicks=0,
+                # Words: a spinner costs a browser without a GPU half a core, when it needs it most.
+                loaderProps={"children": "Starting…"},
                 buttonProps={"title": "Fly it (Ctrl+Enter)", "aria-keyshortcuts": "Control+Enter"},
             ),
             html.P([dmc.Kbd("Ctrl", size="xs"), " + ", dmc.Kbd("Enter", size="xs"), " runs"],

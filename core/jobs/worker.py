@@ -1,11 +1,14 @@
 """What a worker does with a run: fly the pair, diagnose it as it goes, write the report."""
 
+import asyncio
+import os
 import pickle
 import secrets
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -34,6 +37,9 @@ BLOCK_S = 5.0
 
 FLOWN = 0.9
 """The share of a run's progress that flying takes; diagnosis and report are quick."""
+
+NICENESS = 5
+"""How far a worker of the server's own stands back for the server and the browser."""
 
 TOPIC = "mirrortwin-runs"
 """The Dask event topic of all runs. One for all, because a scheduler never forgets a topic."""
@@ -106,28 +112,43 @@ def fly_task(key: str, run_id: str, plan: Plan, fault: Fault) -> RunResult | Fai
 
 
 class WarmUp(WorkerPlugin):
-    """Flies a short run when a worker starts, so that its first real one is as quick as any."""
+    """Flies a short run when a worker starts, so that its first real one is as quick as any.
+
+    On the thread that flies the real ones, which thus wait for it, while the worker still hears
+    that it is to close.
+    """
 
     name = "mirrortwin-warm-up"
 
-    def setup(self, worker: Worker) -> None:
+    async def setup(self, worker: Worker) -> None:
         """Called by Dask on every worker, also on one that replaces another."""
-        # An error is said by the run that meets it, where the user can read it.
-        with suppress(MirrorTwinError):
-            fly_run("warm-up", _WARM_UP_PLAN, _WARM_UP_FAULT, lambda event: None)
+        await asyncio.get_running_loop().run_in_executor(worker.executors["default"], _warm_up)
 
 
-class IgnoreInterrupt(WorkerPlugin):
-    """Leaves Ctrl-C to the server, which then closes its workers in good order.
+def _warm_up() -> None:
+    # An error is said by the run that meets it, where the user can read it.
+    with suppress(MirrorTwinError):
+        fly_run("warm-up", _WARM_UP_PLAN, _WARM_UP_FAULT, lambda event: None)
 
-    For workers that share the server's terminal; one started by hand must heed Ctrl-C itself.
+
+class HouseManners(WorkerPlugin):
+    """How a worker behaves that shares the server's terminal and machine.
+
+    It leaves Ctrl-C to the server, which then closes its workers in good order, and lets the
+    server and the browser go first: a flight never holds up the screen that shows it. A worker
+    started by hand must heed Ctrl-C itself, and has a machine of its own.
     """
 
-    name = "mirrortwin-ignore-interrupt"
+    name = "mirrortwin-house-manners"
 
     def setup(self, worker: Worker) -> None:
         """Called by Dask on the worker's main thread."""
         signal.signal(signal.SIGINT, signal.SIG_IGN)
+        os.nice(NICENESS)
+        # Linux weighs whole sessions against each other before it looks at the niceness within.
+        with suppress(OSError):
+            os.setsid()
+            Path("/proc/self/autogroup").write_text(str(NICENESS), encoding="ascii")
 
 
 class _CancelledError(Exception):

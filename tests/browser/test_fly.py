@@ -28,6 +28,23 @@ WHOLE_RUN_S = 6.0
 TIMEOUT_MS = 120_000
 
 
+STOPWATCH = """
+(function () {
+  addEventListener("click", (click) => {
+    window.pressed_ms = click.timeStamp;
+    new MutationObserver((changes, observer) => {
+      if (!changes.some((change) => Number(change.target.dataset.samples) > 0)) return;
+      observer.disconnect();
+      // The second frame begins when the first has been painted.
+      requestAnimationFrame(() => requestAnimationFrame((now) => { window.painted_ms = now; }));
+    }).observe(document, { subtree: true, attributeFilter: ["data-samples"] });
+  }, { capture: true, once: true });
+})();
+"""
+"""Times in the page itself, from the next click to the first sample painted: Playwright looks for
+an element every half second only."""
+
+
 def allowed(target_s: float) -> float:
     """A time target, as many times longer as others want the machine at the same time."""
     load = os.getloadavg()[0]
@@ -86,6 +103,13 @@ class Fly:
         drawn = self.page.locator(".tile-chart[data-samples]:not([data-samples='0'])")
         drawn.first.wait_for(timeout=TIMEOUT_MS)
 
+    def wait_for_all_tiles(self) -> None:
+        """Tiles out of view are drawn when the browser has time."""
+        deadline = time.monotonic() + TIMEOUT_MS / 1000
+        while min(self.samples) <= 300:
+            assert time.monotonic() < deadline, f"samples drawn by tile: {self.samples}"
+            time.sleep(0.1)
+
     def text(self, element: str) -> str:
         return self.page.locator(f"#{element}").inner_text()
 
@@ -116,13 +140,13 @@ def test_one_click_shows_a_fault_fly_and_its_report(
     fly.open()
     time.sleep(3)  # the 3D view has its own start
     empty = fly.picture("#scene")
+    fly.page.evaluate(STOPWATCH)
     begun = time.monotonic()
     fly.press("run")
-    fly.wait_for_samples()
-    first_s = time.monotonic() - begun
     fly.wait("done")
     expect(fly.page.locator("#report h2")).to_have_count(len(SECTION_TITLES))
     whole_s = time.monotonic() - begun
+    first_s = fly.page.evaluate("painted_ms - pressed_ms") / 1000
     record_property("first_sample_s", round(first_s, 2))
     record_property("whole_run_s", round(whole_s, 2))
     print(f"first sample {first_s:.2f} s, whole run {whole_s:.2f} s")
@@ -133,7 +157,7 @@ def test_one_click_shows_a_fault_fly_and_its_report(
     assert "Cylinder compression" in fly.text("report")
     assert "Cylinder compression" in fly.page.locator("#ranking li").first.inner_text()
     assert len(fly.samples) == N_CHANNELS
-    assert min(fly.samples) > 300
+    fly.wait_for_all_tiles()
     for index in range(N_CHANNELS):
         readout = fly.text(f"readout-{index}")
         assert "Δ" in readout, f"channel {index}: {readout!r}"
@@ -381,7 +405,7 @@ def test_a_killed_worker_is_told_and_the_run_goes_on(
     busiest(worker_processes(server.process)).send_signal(signal.SIGKILL)
     expect(fly.page.locator("#alert")).to_contain_text("attempt 2", timeout=TIMEOUT_MS)
     fly.wait("done")
-    assert min(fly.samples) > 300
+    fly.wait_for_all_tiles()
     assert console_errors == []
 
 
