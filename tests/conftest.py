@@ -18,7 +18,7 @@ from playwright.sync_api import Page
 COMMAND = str(Path(sys.executable).with_name("mirrortwin"))
 CHROMIUM = Path("/usr/bin/chromium")
 START_S = 60.0
-STOP_S = 30.0
+STOP_S = 10.0
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -5,16 +5,19 @@ The one place that starts, reaches and closes Dask, and that turns its failures 
 
 import asyncio
 import logging
+import os
+import signal
 import threading
 from concurrent.futures import Future as Promise
+from contextlib import suppress
 
 import dask.config
 from distributed import Client, LocalCluster
-from distributed.comm.core import connect
+from distributed.comm.core import CommClosedError, connect
 from distributed.utils import LoopRunner
 
 from core.errors import WorkerError
-from core.jobs.worker import IgnoreInterrupt, WarmUp
+from core.jobs.worker import HouseManners, WarmUp
 
 logger = logging.getLogger(__name__)
 
@@ -74,6 +77,7 @@ class Cluster:
             self._closed = True
         self._client.close()
         if self._local is not None:
+            _kill_workers(self._local)
             self._local.close()
 
     def _connected(self) -> tuple[Client, Promise[None]]:
@@ -110,7 +114,14 @@ def _check_answers(address: str) -> None:
         ) from error
 
 
+def _is_worth_saying(record: logging.LogRecord) -> bool:
+    """False of what asyncio says of a Dask message that a worker died over: the engine says it."""
+    error = record.exc_info[1] if record.exc_info else None
+    return not isinstance(error, CommClosedError)
+
+
 def _local_cluster(n_workers: int) -> LocalCluster:
+    logging.getLogger("asyncio").addFilter(_is_worth_saying)
     with dask.config.set(_LOCAL_SETTINGS):
         return LocalCluster(
             n_workers=n_workers,
@@ -118,9 +129,20 @@ def _local_cluster(n_workers: int) -> LocalCluster:
             processes=True,
             host="127.0.0.1",
             dashboard_address="127.0.0.1:0",  # None would mean port 8787
-            plugins=[IgnoreInterrupt()],
+            plugins=[HouseManners()],
             silence_logs=logging.CRITICAL,  # what matters to a run, the engine says
         )
+
+
+def _kill_workers(cluster: LocalCluster) -> None:
+    """End the worker processes now: asked, one that still loads torch would answer seconds later.
+
+    They have nothing to lose.
+    """
+    for nanny in cluster.workers.values():
+        if nanny.pid is not None:
+            with suppress(ProcessLookupError):
+                os.kill(nanny.pid, signal.SIGKILL)
 
 
 def _warm_up(client: Client) -> Promise[None]:
@@ -131,7 +153,9 @@ def _warm_up(client: Client) -> Promise[None]:
         try:
             client.register_plugin(WarmUp())
         except Exception as error:
-            logger.warning("workers could not load MirrorTwin: %s", error)
+            # A broken connection is a worker that died, whose successor loads anew, or our closing.
+            if not isinstance(error, OSError):
+                logger.warning("workers could not load MirrorTwin: %s", error)
             promise.set_exception(error)
         else:
             promise.set_result(None)

@@ -1,5 +1,7 @@
 """serve as a process: what it listens on, and that nothing of it is left behind."""
 
+import time
+
 import psutil
 import pytest
 
@@ -22,6 +24,19 @@ def test_everything_listens_on_loopback_and_ends_with_the_server(start_server):
 
     server.stop()
     assert psutil.wait_procs(family, timeout=5)[1] == []
+    # The workers were still loading what they need.
+    assert "Traceback" not in server.log.read_text()
+
+
+def test_told_to_stop_with_all_its_workers_it_says_nothing_and_leaves_nothing(start_server):
+    server = start_server()
+    family = [psutil.Process(server.process.pid)]
+    family += family[0].children(recursive=True)
+    time.sleep(1.0)
+    for process in family:
+        process.terminate()
+    assert psutil.wait_procs(family, timeout=10)[1] == []
+    assert server.log.read_text().count("\n") == 1, server.log.read_text()
 
 
 def test_the_store_is_where_it_was_asked_for(start_server, tmp_path):
