@@ -11,6 +11,7 @@ from typing import Any
 from core.errors import InputError
 from core.fmea.defects import ENGINE_WIDE, MOVES_ENGINE, PER_CYLINDER, PLACES
 from core.fmea.laws import LawSpec, read_law
+from core.fmea.powerplant import CARRIERS
 from core.paths import ASSETS
 
 MILD = 0.3
@@ -35,7 +36,11 @@ class Drive:
 
 @dataclass(frozen=True, slots=True)
 class Mode:
-    """A failure mode. ``cylinder`` is its usual one (1 for whole-engine modes: unused there)."""
+    """A failure mode. ``cylinder`` is its usual one (1 for whole-engine modes: unused there).
+
+    ``jsbsim`` names the JSBSim parameters that carry layer 2 (`core.fmea.powerplant.CARRIERS`),
+    ``jsbsim_because`` says why those.
+    """
 
     id: str
     name: str
@@ -47,6 +52,8 @@ class Mode:
     severity_rating: int
     occurrence: int
     detection: int
+    jsbsim: tuple[str, ...]
+    jsbsim_because: str
     drives: tuple[Drive, ...]
 
     @property
@@ -103,10 +110,20 @@ def _read_mode(mode_id: str, table: dict[str, Any]) -> Mode:
             severity_rating=ratings[0],
             occurrence=ratings[1],
             detection=ratings[2],
+            jsbsim=_read_carriers(mode_id, table["jsbsim"]),
+            jsbsim_because=str(table["jsbsim_because"]),
             drives=tuple(_read_drive(mode_id, drive) for drive in table["drive"]),
         )
     except KeyError as error:
         raise InputError(f"{mode_id}.{error.args[0]}", "is missing from the catalogue") from None
+
+
+def _read_carriers(mode_id: str, names: list[str]) -> tuple[str, ...]:
+    for name in names:
+        if name not in CARRIERS:
+            known = ", ".join(CARRIERS)
+            raise InputError(f"{mode_id}.jsbsim", f"unknown parameter {name!r}; one of {known}")
+    return tuple(names)
 
 
 def _read_drive(mode_id: str, table: dict[str, Any]) -> Drive:

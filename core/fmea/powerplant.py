@@ -1,7 +1,8 @@
 """Layer 2: what the defects do to the JSBSim engine (paper section 3.2).
 
 The paper acts on the throttle alone. JSBSim's piston model lets a defect act where it really
-does, so each is handed to the parameter that carries it:
+does, so each is handed to the parameter that carries it (and each mode of the catalogue says which
+of them carry it and why):
 
 - a misfire divides ``bsfc-lbs_hphr``: the fuel still flows, less of it becomes power;
 - a leaking valve, a lost charge and unmetered air do half of that and half scale
@@ -37,6 +38,14 @@ class EngineFactors(NamedTuple):
 
 HEALTHY = EngineFactors()
 
+CARRIERS: dict[str, str] = {
+    "throttle correction": "throttle",
+    "bsfc-lbs_hphr": "work",
+    "volumetric-efficiency": "charge",
+    "mixture-cmd-norm": "mixture",
+    "friction-hp": "friction_hp",
+}
+"""The JSBSim parameters that may carry a mode, and the field of `EngineFactors` that moves each."""
 
 _POWER_LOST, _CREEP, _ENRICHMENT, _FRICTION = (
     DEFECT_SLICE[name].start for name in ("power_lost", "throttle_creep", "enrichment", "friction")

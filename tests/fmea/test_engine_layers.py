@@ -9,8 +9,11 @@ from core.errors import InputError
 from core.fmea.catalogue import catalogue, class_ids, read_catalogue
 from core.fmea.defects import DEFECT_SLICE, ENGINE_WIDE, MOVES_ENGINE, N_DEFECTS, PER_CYLINDER
 from core.fmea.effects import effects_of
+from core.fmea.fault import Fault
+from core.fmea.injection import FaultState
+from core.fmea.laws import REFERENCE_QBAR_PSF, REFERENCE_RPM, Drivers
 from core.fmea.plenum import cooling
-from core.fmea.powerplant import HEALTHY, engine_factors
+from core.fmea.powerplant import CARRIERS, HEALTHY, engine_factors
 
 
 def _with(**sizes: float | list[float]) -> np.ndarray:
@@ -42,6 +45,26 @@ def test_size_grows_with_severity_from_exactly_zero(mode: str) -> None:
 
 def test_healthy_engine_is_left_untouched() -> None:
     assert engine_factors([0.0] * N_DEFECTS) == HEALTHY
+
+
+@pytest.mark.parametrize("mode", class_ids())
+def test_every_mode_says_which_jsbsim_parameters_carry_it_and_why(mode: str) -> None:
+    """And means those that it moves while it grows, no more and no fewer."""
+    fault, cruise = (
+        FaultState(Fault(mode, 0.8, 0.0), 5),
+        Drivers(REFERENCE_RPM, REFERENCE_QBAR_PSF, 100.0),
+    )
+    moved = set()
+    for _ in range(2400):
+        factors = engine_factors(fault.step(cruise))
+        moved |= {
+            name for name, field in CARRIERS.items()
+            if getattr(factors, field) != getattr(HEALTHY, field)
+        }  # fmt: skip
+    stated = catalogue()[mode]
+    assert set(stated.jsbsim) == moved
+    assert len(stated.jsbsim_because) > 60 or mode == "nominal"
+    assert stated.moves_engine == bool(moved)
 
 
 @pytest.mark.parametrize("name", sorted(MOVES_ENGINE))
@@ -87,6 +110,7 @@ def test_effects_of_a_healthy_engine_are_neutral() -> None:
         ('defect = "oil_lost_qt"', 'defect = "chc"', "unknown defect 'chc'"),
         ('where = "bank"', 'where = "engine"', "'engine' is no place for wrap_loss"),
         ("occurrence = 7", "occurrence = 11", "ratings must be 1-10"),
+        ('["friction-hp"]', '["friction"]', "unknown parameter 'friction'; one of throttle"),
         ("prior = [0.41,", "prior = [0.91,", "four shares that sum to 1"),
         ('law = "fatigue accumulation"\n', "", "law: is missing"),
         ("[nominal]", "[nominal", "catalogue"),
