@@ -13,7 +13,8 @@ Measure the speed of the twin, as medians over the rounds:
   long_flight_cost_ratio  a simulated second of a 2 h pair against one of a 300 s pair
   two_worker_speedup      64 faulted flights on two worker processes against one
 
-Takes about half a minute a round on a quiet machine; `mirrortwin experiment speed` also draws it.
+The last two are measured in the first three rounds only. Takes about a minute on a quiet machine;
+`mirrortwin experiment speed` also draws it.
 """
 EXAMPLES = """\
 examples:

@@ -41,18 +41,38 @@ FULL = Workload(long_s=7200.0, flights=64)
 QUICK = Workload(long_s=900.0, flights=8)
 
 
+LONG_ROUNDS = 3
+"""Long rounds are half a minute's work each and differ little: more of them say no more."""
+
+
 @dataclass(frozen=True, slots=True)
 class Round:
-    """One measurement of everything: seconds of work, CPU time unless said otherwise.
+    """One measurement of a 300 s flight: CPU seconds of work.
 
-    ``bare_s``, ``trajectory_s`` (one flight complete with autopilot, fault and 23 channels) and
-    ``pair_s`` (that flight and its mirror) are of a 300 s flight, ``long_pair_s`` is of the long
-    one. ``one_worker_s`` and ``two_workers_s`` are wall time; ``worker_share`` is the share of a
-    core that each of the two had.
+    ``trajectory_s``: one flight complete with autopilot, fault and 23 channels. ``pair_s``: that
+    flight and its mirror.
     """
 
     bare_s: float
     trajectory_s: float
+    pair_s: float
+
+    def ratios(self) -> dict[str, float]:
+        """The ratios by which we judge, as explained in `Speed`."""
+        return {
+            "trajectory_ratio": self.trajectory_s / self.bare_s,
+            "pair_ratio": self.pair_s / self.bare_s,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class LongRound:
+    """One measurement of much work: the long flight, and many flights shared out.
+
+    ``pair_s`` (300 s flight) and ``long_pair_s`` are CPU time, ``one_worker_s`` and
+    ``two_workers_s`` wall time. ``worker_share`` is the share of a core that each of the two had.
+    """
+
     pair_s: float
     long_pair_s: float
     one_worker_s: float
@@ -62,8 +82,6 @@ class Round:
     def ratios(self, workload: Workload) -> dict[str, float]:
         """The ratios by which we judge, as explained in `Speed`."""
         return {
-            "trajectory_ratio": self.trajectory_s / self.bare_s,
-            "pair_ratio": self.pair_s / self.bare_s,
             "long_flight_cost_ratio": (self.long_pair_s / workload.long_s)
             / (self.pair_s / PLAN.duration_s),
             "two_worker_speedup": self.one_worker_s / self.two_workers_s,
@@ -93,6 +111,7 @@ class Speed:
     steps: int
     workload: Workload
     rounds: tuple[Round, ...]
+    long_rounds: tuple[LongRound, ...]
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON-ready values."""
@@ -104,36 +123,51 @@ def measure(
     workload: Workload = FULL,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Speed:
-    """Time the twin; ``progress`` is told the share done. Raises `InputError` for bad rounds."""
+    """Time the twin; ``progress`` is told the share done. Raises `InputError` for bad rounds.
+
+    Of ``rounds`` rounds, as many as `LONG_ROUNDS` are followed by a long one.
+    """
     rounds = int(checked_number("rounds", rounds, 1, 1000))
     fly_pair(PLAN, FAULT)  # imports, caches and page faults belong to no round
     done: list[Round] = []
+    long: list[LongRound] = []
     with workers(1) as one, workers(2) as two:
         for _ in range(rounds):
-            done.append(_round(workload, one, two))
+            done.append(_round())
+            if len(long) < LONG_ROUNDS:
+                long.append(_long_round(workload, one, two))
             progress(len(done) / rounds)
-    ratios = [each.ratios(workload) for each in done]
     return Speed(
-        **{name: median(each[name] for each in ratios) for name in ratios[0]},
-        **{
-            name: median(getattr(each, name) for each in done)
-            for name in ("bare_s", "trajectory_s", "pair_s", "long_pair_s")
-        },
-        busy=median(each.worker_share for each in done) < QUIET_SHARE,
+        **_medians([each.ratios() for each in done]),
+        **_medians([each.ratios(workload) for each in long]),
+        **_medians([asdict(each) for each in done]),
+        busy=median(each.worker_share for each in long) < QUIET_SHARE,
+        long_pair_s=median(each.long_pair_s for each in long),
         fault=FAULT.mode,
         steps=PLAN.n_steps,
         workload=workload,
         rounds=tuple(done),
+        long_rounds=tuple(long),
     )
 
 
-def _round(workload: Workload, one: Client, two: Client) -> Round:
-    long_plan = Plan(PLAN.altitude_ft, PLAN.speed_kt, duration_s=workload.long_s)
-    one_worker_s, _ = _shared_out(one, workload.flights)
-    two_workers_s, worker_share = _shared_out(two, workload.flights)
+def _medians(rows: list[dict[str, float]]) -> dict[str, float]:
+    return {name: median(row[name] for row in rows) for name in rows[0]}
+
+
+def _round() -> Round:
     return Round(
         bare_s=bare_loop_s(PLAN),
         trajectory_s=_cpu_seconds(lambda: fly(PLAN, FAULT)),
+        pair_s=_cpu_seconds(lambda: fly_pair(PLAN, FAULT)),
+    )
+
+
+def _long_round(workload: Workload, one: Client, two: Client) -> LongRound:
+    long_plan = Plan(PLAN.altitude_ft, PLAN.speed_kt, duration_s=workload.long_s)
+    one_worker_s, _ = _shared_out(one, workload.flights)
+    two_workers_s, worker_share = _shared_out(two, workload.flights)
+    return LongRound(
         pair_s=_cpu_seconds(lambda: fly_pair(PLAN, FAULT)),
         long_pair_s=_cpu_seconds(lambda: fly_pair(long_plan, FAULT)),
         one_worker_s=one_worker_s,

@@ -58,9 +58,11 @@ def draw(speed: Speed) -> go.Figure:
     """Each ratio: a dot a round, a bar at the median, a band where we want it."""
     figure = go.Figure()
     labels = {name: _wrapped(label) for name, label in _labels(speed.workload).items()}
+    ratios = [each.ratios() for each in speed.rounds]
+    ratios += [each.ratios(speed.workload) for each in speed.long_rounds]
     for row, name in enumerate(labels):
         low, high = _GOALS[name]
-        rounds = [each.ratios(speed.workload)[name] for each in speed.rounds]
+        rounds = [each[name] for each in ratios if name in each]
         figure.add_shape(
             type="rect", x0=low, x1=high, y0=row - 0.32, y1=row + 0.32, layer="below",
             line_width=0, fillcolor=GREEN, opacity=0.18,
