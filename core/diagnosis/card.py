@@ -43,19 +43,35 @@ def save_card(models: Path, card: Card) -> Card:
     return card
 
 
+def read_card(models: Path, name: str) -> Card:
+    """The card alone; `MirrorTwinError` says what is missing or broken."""
+    try:
+        card: Card = json.loads((models / f"{name}.json").read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        raise _missing(name, error) from None
+    except (OSError, ValueError) as error:
+        raise MirrorTwinError(f"model {name} cannot be read: {error}") from None
+    found = card.get("format") if isinstance(card, dict) else None
+    if found != CARD_FORMAT:
+        raise MirrorTwinError(f"model {name}: card format {found} is not known")
+    return card
+
+
+def _missing(name: str, error: FileNotFoundError) -> MirrorTwinError:
+    return MirrorTwinError(
+        f"model {name}: {error.filename} is missing; train it with `mirrortwin train`"
+    )
+
+
 def load_model(models: Path, name: str) -> tuple[Card, dict[str, Tensor]]:
     """The card and the weights of a model; `MirrorTwinError` says what is missing or broken."""
     try:
         content = (models / f"{name}.safetensors").read_bytes()
-        card: Card = json.loads((models / f"{name}.json").read_text(encoding="utf-8"))
     except FileNotFoundError as error:
-        raise MirrorTwinError(
-            f"model {name}: {error.filename} is missing; train it with `mirrortwin train`"
-        ) from None
-    except (OSError, ValueError) as error:
+        raise _missing(name, error) from None
+    except OSError as error:
         raise MirrorTwinError(f"model {name} cannot be read: {error}") from None
-    if card.get("format") != CARD_FORMAT:
-        raise MirrorTwinError(f"model {name}: card format {card.get('format')} is not known")
+    card = read_card(models, name)
     if card.get("weights_sha256") != hashlib.sha256(content).hexdigest():
         raise MirrorTwinError(f"model {name}: the weights are not those that its card describes")
     try:

@@ -1,5 +1,7 @@
 """Fitting one classifier to a corpus: networks epoch by epoch, the classical ones at once."""
 
+import hashlib
+import json
 import platform
 import time
 from collections.abc import Callable
@@ -24,7 +26,7 @@ from core.experiments.archive import Manifest
 class Fit(Protocol):
     """What training needs of any classifier, neural or not."""
 
-    def resume(self, checkpoint: Path, identity: dict[str, Any]) -> None:
+    def resume(self, checkpoint: Path, identity: str) -> None:
         """Keep checkpoints at that path; go on from the one there if it is of this training."""
 
     def run(self, progress: Callable[[Epoch], None]) -> None:
@@ -53,13 +55,10 @@ def fit_for(
     return kind(settings, learnt, validation, normalisation)
 
 
-def identity_of(settings: TrainingSettings, manifest: Manifest, surrogate: str) -> dict[str, Any]:
-    """What makes a training this one: its settings, its data, its surrogate."""
-    return {
-        "settings": asdict(settings),
-        "runs": [run.sha256 for run in manifest.runs],
-        "surrogate": surrogate,
-    }
+def identity_of(settings: TrainingSettings, manifest: Manifest, surrogate: str) -> str:
+    """A digest of what makes a training this one: its settings, its data, its surrogate."""
+    told = [asdict(settings), [run.sha256 for run in manifest.runs], surrogate]
+    return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:16]
 
 
 def device() -> torch.device:
@@ -107,7 +106,7 @@ class NetworkFit:
         self._best: dict[str, Tensor] = {}
         self._history: list[dict[str, Any]] = []
         self._checkpoint: Path | None = None
-        self._identity: dict[str, Any] = {}
+        self._identity = ""
 
     # Running
 
@@ -216,7 +215,7 @@ class NetworkFit:
 
     # Stopping and going on
 
-    def resume(self, checkpoint: Path, identity: dict[str, Any]) -> None:
+    def resume(self, checkpoint: Path, identity: str) -> None:
         """Keep checkpoints at that path, and go on from the one there if it is of this training."""
         self._checkpoint, self._identity = checkpoint, identity
         if not checkpoint.exists():
@@ -269,7 +268,7 @@ class StatisticalFit:
         self._windows = 0
         self._seconds = 0.0
 
-    def resume(self, checkpoint: Path, identity: dict[str, Any]) -> None:
+    def resume(self, checkpoint: Path, identity: str) -> None:
         """Nothing to go on from."""
 
     def run(self, progress: Callable[[Epoch], None]) -> None:

@@ -63,12 +63,10 @@ def train(
     normalisation = Normalisation.fitted(learnt.flights(), mode)
     fit = fit_for(settings, learnt, validation, normalisation)
     fingerprint = surrogate.fingerprint if surrogate and mode.residual is None else ""
-    fit.resume(
-        (work_dir or dataset_dir / "training") / "checkpoint.pt",
-        identity_of(settings, manifest, fingerprint),
-    )
+    identity = identity_of(settings, manifest, fingerprint)
+    fit.resume((work_dir or dataset_dir / "training") / "checkpoint.pt", identity)
     fit.run(progress or (lambda epoch: None))
-    card = _card(settings, manifest, fit, normalisation)
+    card = _card(settings, manifest, fit, normalisation) | {"identity": identity}
     if fingerprint and surrogate is not None:
         card["surrogate"] = {"name": surrogate.name, "fingerprint": fingerprint}
     _score(card, fit, validation, part("test"))

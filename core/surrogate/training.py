@@ -53,7 +53,7 @@ class SurrogateSettings:
     flights: int = 96
     held_out: int = 24
     duration_s: float = 300.0
-    updates: int = 1200
+    updates: int = 800
     batch: int = 48
     learning_rate: float = 2e-3
     threads: int = 1
