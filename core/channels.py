@@ -15,6 +15,18 @@ from typing import Literal
 Subsystem = Literal["electrical", "fuel", "oil", "engine", "flight"]
 
 
+_UNIT_LABELS = {"degF": "°F", "degC": "°C", "deg": "°", "fpm": "ft/min", "gph": "gal/h"}
+
+
+def unit_label(unit: str) -> str:
+    """A unit as printed for people.
+
+    >>> unit_label("degF"), unit_label("psi")
+    ('°F', 'psi')
+    """
+    return _UNIT_LABELS.get(unit, unit)
+
+
 @dataclass(frozen=True, slots=True)
 class Channel:
     """One sensor channel of the log.

@@ -12,8 +12,8 @@ from app.pages.attributes import attributes
 from app.pages.setup import DEFAULT_FAULT, DEFAULT_PLAN, setup_panel
 from app.panels.probabilities import probability_figure
 from app.panels.residuals import heat_strip
-from app.panels.sensors import cleared, tile_specs, unit_label
-from core.channels import CHANNELS, N_CHANNELS, Channel
+from app.panels.sensors import cleared, tile_specs
+from core.channels import CHANNELS, N_CHANNELS, Channel, unit_label
 from core.fmea.catalogue import catalogue
 
 GRAPH_CONFIG: Any = {"displayModeBar": False, "doubleClick": "reset+autosize"}

@@ -8,7 +8,7 @@ import dash_mantine_components as dmc
 from dash import html
 
 from app.pages.attributes import attributes
-from app.panels.sensors import unit_label
+from core.channels import unit_label
 from core.errors import InputError
 from core.fmea.catalogue import catalogue
 from core.fmea.fault import Fault

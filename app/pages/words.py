@@ -2,8 +2,7 @@
 
 from app.pages.setup import takes_cylinder
 from app.panels.axes import clock
-from app.panels.sensors import unit_label
-from core.channels import channel
+from core.channels import channel, unit_label
 from core.fmea.catalogue import catalogue
 from core.jobs.events import Stage
 from core.jobs.records import RunRecord, Status

@@ -10,22 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.panels.axes import Array, Array32, base64_floats, kept_rows
-from core.channels import CHANNELS, Channel
+from core.channels import CHANNELS, Channel, unit_label
 from core.twin.trajectory import Pair
 
 POINTS_PER_LINE = 400
 """About two a pixel of a tile, so that MinMaxLTTB keeps every spike; 0.5 MB for all tiles."""
-
-UNIT_LABELS = {"degF": "°F", "degC": "°C", "deg": "°", "fpm": "ft/min", "gph": "gal/h"}
-
-
-def unit_label(unit: str) -> str:
-    """A channel unit as printed on the page.
-
-    >>> unit_label("degF"), unit_label("psi")
-    ('°F', 'psi')
-    """
-    return UNIT_LABELS.get(unit, unit)
 
 
 def tile_specs() -> list[dict[str, Any]]:

@@ -25,8 +25,6 @@ INK, GRID = "#222222", "#E4E4E4"
 
 FONT = {"family": "Arial, 'Liberation Sans', 'DejaVu Sans', sans-serif", "size": 13, "color": INK}
 
-UNIT_LABELS = {"degF": "°F", "degC": "°C", "fpm": "ft/min", "gph": "gal/h"}
-
 
 @dataclass(frozen=True, slots=True)
 class Line:
@@ -100,12 +98,3 @@ def means(values: Array, seconds: float = 1.0) -> Array:
     whole = len(values) // width * width
     averaged: Array = values[:whole].reshape(-1, width, *values.shape[1:]).mean(axis=1)
     return averaged
-
-
-def unit_label(unit: str) -> str:
-    """A channel's unit as printed on an axis.
-
-    >>> unit_label("degF"), unit_label("psi")
-    ('°F', 'psi')
-    """
-    return UNIT_LABELS.get(unit, unit)

@@ -6,8 +6,8 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from core.channels import CHANNEL_INDEX, channel, cht_name, egt_name
-from core.experiments.drawing import Array, axis, clock_axis, finish, mark_onset, means, unit_label
+from core.channels import CHANNEL_INDEX, channel, cht_name, egt_name, unit_label
+from core.experiments.drawing import Array, axis, clock_axis, finish, mark_onset, means
 from core.experiments.representative import (
     CYLINDER,
     LINES,

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from core.channels import channel
+from core.channels import channel, unit_label
 from core.experiments.detector import Verdict
-from core.experiments.drawing import BLUE, GREY, VERMILION, axis, finish, unit_label
+from core.experiments.drawing import BLUE, GREY, VERMILION, axis, finish
 
 if TYPE_CHECKING:
     from core.experiments.realism import ChannelRow, CorrelationRow

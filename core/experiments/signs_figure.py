@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import plotly.graph_objects as go
 
-from core.channels import channel
-from core.experiments.drawing import BLACK, INK, finish, unit_label
+from core.channels import channel, unit_label
+from core.experiments.drawing import BLACK, INK, finish
 from core.fmea.catalogue import catalogue
 
 if TYPE_CHECKING:
