@@ -14,6 +14,7 @@ command goes on where it stopped.
 EXAMPLES = """\
 examples:
   mirrortwin dataset --runs-per-class 80 --out data/lab
+  mirrortwin dataset --conditions field --out data/field
   mirrortwin dataset --runs-per-class 4 --out data/small --workers 1
   mirrortwin dataset --out data/lab --scheduler tcp://10.0.0.5:8786
 """
@@ -33,6 +34,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="seed of the first flight, the others follow (default: as in assets/dataset.toml)",
     )  # fmt: skip
     parser.add_argument(
+        "--conditions", choices=("lab", "field"),
+        help="what the mirror knows of the flight (default: as in assets/dataset.toml)",
+    )  # fmt: skip
+    parser.add_argument(
         "--workers", type=int, default=2, metavar="N", help="processes that fly (default 2)"
     )
     parser.add_argument(
@@ -47,7 +52,11 @@ def run(args: argparse.Namespace) -> None:
     from core.twin.plan import checked_number
 
     workers = int(checked_number("workers", args.workers, 1, 256))
-    chosen = {"runs_per_class": args.runs_per_class, "first_seed": args.seed}
+    chosen = {
+        "runs_per_class": args.runs_per_class,
+        "first_seed": args.seed,
+        "conditions": args.conditions,
+    }
     spec = replace(
         DatasetSpec.load(), **{name: value for name, value in chosen.items() if value is not None}
     )

@@ -1,56 +1,88 @@
 """``mirrortwin diagnose``: name the fault behind two logged flights."""
 
 import argparse
+import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from app.cli.output import print_json, stdout
+from app.cli.output import note, print_json, stdout
 from core.errors import InputError
 
 if TYPE_CHECKING:
     from core.diagnosis.diagnosis import Diagnosis
+    from core.twin.plan import Plan
     from core.twin.trajectory import Pair
 
 DESCRIPTION = """\
 Diagnose a folder that `mirrortwin simulate` wrote. Only faulted.parquet and mirror.parquet are
-read: what was injected (run.json) is not.
+read, or with --residual surrogate faulted.parquet and the plan: what was injected is not.
 """
 EXAMPLES = """\
 examples:
   mirrortwin diagnose flight
   mirrortwin diagnose flight --json
+  mirrortwin diagnose flight --residual surrogate
 
 the JSON holds "top" (a fault id), "probabilities" (id: 0 to 1, all 20) and "evidence" (channels
-that left their mirror: when, how far, which way).
+that left their mirror, or what the surrogate expected: when, how far, which way).
 """
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the options of this command."""
     parser.add_argument("folder", type=Path, metavar="DIR", help="a folder written by simulate")
+    parser.add_argument(
+        "--residual", choices=("paired", "surrogate"), default="paired",
+        help="compare with the healthy mirror that was flown too (default), or with what a network "
+        "that knows healthy flights expects, which needs no mirror",
+    )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print the diagnosis as JSON")
 
 
 def run(args: argparse.Namespace) -> None:
     """Print the diagnosis; raises `InputError`, `StoreError` or `MirrorTwinError`."""
-    pair = read_pair(args.folder)
+    pair = read_pair(args.folder, mirrored=args.residual == "paired")
+    plan = read_plan(args.folder)
     from core.diagnosis.predict import load_diagnoser
 
-    diagnosis = load_diagnoser().diagnose(pair)
+    diagnosis = load_diagnoser(args.residual).diagnose(pair, plan)
+    if plan is not None and plan.conditions != diagnosis.conditions:
+        note(
+            f"this flight was flown in {plan.conditions} conditions, and {diagnosis.model} has "
+            f"learnt from {diagnosis.conditions} flights alone: its scores do not hold here"
+        )
     if args.json:
         print_json(diagnosis.to_dict())
     else:
         _print_tables(diagnosis)
 
 
-def read_pair(folder: Path) -> "Pair":
-    """The pair in ``folder``; raises `InputError` if it is not there or its halves differ."""
+def read_plan(folder: Path) -> "Plan | None":
+    """What was commanded, from ``run.json``; None where that is not told. No more is read.
+
+    Raises `InputError` if it is a plan that cannot be flown.
+    """
+    from core.twin.plan import Plan
+
+    try:
+        values = json.loads((folder / "run.json").read_text(encoding="utf-8"))["plan"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    return Plan.from_dict(values)
+
+
+def read_pair(folder: Path, *, mirrored: bool = True) -> "Pair":
+    """The pair in ``folder``; raises `InputError` if it is not there or its halves differ.
+
+    Without ``mirrored`` only the faulted flight is read, and stands on both sides.
+    """
     if not folder.is_dir():
         raise InputError("DIR", f"there is no folder {folder}")
     from core.jobs.store import read_trajectory
     from core.twin.trajectory import Pair
 
-    paths = [folder / name for name in ("faulted.parquet", "mirror.parquet")]
+    names = ("faulted.parquet", "mirror.parquet" if mirrored else "faulted.parquet")
+    paths = [folder / name for name in names]
     for path in paths:
         if not path.is_file():
             raise InputError(
@@ -69,12 +101,15 @@ def read_pair(folder: Path) -> "Pair":
 def _print_tables(diagnosis: "Diagnosis") -> None:
     from rich.table import Table
 
+    stdout().print(f"{diagnosis.model}, trained for {diagnosis.conditions} conditions\n")
     ranked = Table("diagnosis", "probability", box=None)
     for mode, probability in diagnosis.ranked(3):
         ranked.add_row(mode, f"{probability:.1%}")
     stdout().print(ranked)
+    if diagnosis.none_of_these:
+        stdout().print("\nNone of these: the flight resembles nothing that the model has learnt.")
     if not diagnosis.evidence:
-        stdout().print("\nNo channel left its mirror.")
+        stdout().print("\nNo channel left what was expected of it.")
         return
     found = Table("channel", "from", "to", "mean residual", "in sigma", box=None)
     for item in diagnosis.evidence:

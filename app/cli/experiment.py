@@ -3,9 +3,11 @@
 import argparse
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 from app.cli.output import print_json, progress, writable_folder
 from core.errors import InputError
+from core.twin.plan import checked_number
 
 QUICK_FOLDER = Path("quick-results")
 
@@ -14,10 +16,20 @@ EXPERIMENTS: dict[str, str] = {
     "fig7": "six key channels, five faults and nominal",
     "realism": "our field flights beside real G1000 logs (--logs; some ten minutes)",
     "signs": "does every fault move every channel the way engineers say?",
+    "delay": "how soon is a fault named, and how well at which severity?",
     "speed": "what a flight costs, in bare JSBSim loops (some minutes; on a quiet machine)",
+    "table1": "four feature modes, the 1D-CNN, three seeds",
+    "table2": "four feature modes times six classifiers",
+    "table3": "residuals, states, or both",
+    "table4": "how far ahead the surrogate learns to predict",
+    "table5": "what a diagnosis costs by each of four ways, in milliseconds and bare JSBSim runs",
     "table6": "how good are reports by the template and by a language model, raw and grounded?",
+    "unknown": "does it say `none of these` to what it has never learnt?",
 }
 """Each is a module of `core.experiments` with ``run(quick, progress)``."""
+
+TRAINED = ("table1", "table2", "table3", "table4")
+"""These train on a data set: hours. What is done is kept, so that they can be filled bit by bit."""
 
 DESCRIPTION = """\
 Make a result of the paper again, from seeds. Each writes NAME.json (the figures, with settings and
@@ -30,6 +42,8 @@ experiments:
 examples:
   mirrortwin experiment fig6
   mirrortwin experiment signs --quick --out /tmp/results
+  mirrortwin experiment table1 --data data/lab --minutes 60
+  mirrortwin experiment table2 --conditions field
 """.format(experiments="\n".join(f"  {name:<8}{text}" for name, text in EXPERIMENTS.items()))
 
 
@@ -49,6 +63,19 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="realism only: the folder of real logs, CSV (default: ../shared/logs beside this "
         "installation)",
     )  # fmt: skip
+    parser.add_argument(
+        "--data", type=Path, metavar="DIR",
+        help="table1-4 only: a folder that dataset wrote; flown first where there is none "
+        "(default: data/CONDITIONS)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--conditions", choices=("lab", "field"), help="table1-4 only: which flights (default lab)"
+    )
+    parser.add_argument(
+        "--minutes", type=float, metavar="M",
+        help="table1-4 only: begin no training after M minutes; the next call goes on. 0 writes "
+        "down what there is",
+    )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print the JSON file too")
 
 
@@ -60,9 +87,7 @@ def run(args: argparse.Namespace) -> None:
     """
     from core.experiments.results import RESULTS, write_result
 
-    given = {} if args.logs is None else {"logs": args.logs}
-    if given and args.name != "realism":
-        raise InputError("logs", "only the experiment realism reads logs")
+    given = _given(args)
     out = writable_folder(args.out or (QUICK_FOLDER if args.quick else RESULTS))
     with progress(args.name) as show:
         result = import_module(f"core.experiments.{args.name}").run(args.quick, show, **given)
@@ -72,4 +97,20 @@ def run(args: argparse.Namespace) -> None:
         return
     for line in result.summary:
         print(line)
-    print(out / f"{args.name}.json")
+    print(out / f"{result.name}.json")
+
+
+def _given(args: argparse.Namespace) -> dict[str, Any]:
+    """The options that only some experiments take; raises `InputError` where this one does not."""
+    known = {"realism": ("logs",), **dict.fromkeys(TRAINED, ("data", "conditions", "minutes"))}
+    given: dict[str, Any] = {}
+    for name in ("logs", "data", "conditions", "minutes"):
+        value = getattr(args, name)
+        if value is None:
+            continue
+        if name not in known.get(args.name, ()):
+            raise InputError(name, f"the experiment {args.name} takes no --{name}")
+        given[name] = value
+    if "minutes" in given:
+        given["minutes"] = checked_number("minutes", given["minutes"], 0.0, 100_000.0)
+    return given

@@ -1,35 +1,54 @@
-"""``mirrortwin train``: a diagnosis network from a data set."""
+"""``mirrortwin train``: a classifier from a data set, or the surrogate from healthy flights."""
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from app.cli.output import note, print_json, writable_folder
+from core.errors import InputError
 from core.paths import MODELS
 
 if TYPE_CHECKING:
     from core.diagnosis.settings import Epoch
+    from core.surrogate.training import Step
 
 DESCRIPTION = """\
-Train the paper's convolutional network on a data set, score it once on the test part, and save its
-weights and its card (classes, seeds, settings, scores). Interrupted, the same command goes on after
-the last whole epoch and ends with the same weights.
+Train a classifier (by default the paper's convolutional network) on a data set, score it once on
+the test part, and save its weights and its card (classes, seeds, settings, scores, calibration).
+With --surrogate train instead the network that predicts healthy flights; it flies its own.
+Interrupted, the same command goes on where it stopped and ends with the same weights.
 """
 EXAMPLES = """\
 examples:
   mirrortwin train --data data/lab --out models/
-  mirrortwin train --data data/small --out /tmp/models --epochs 3
+  mirrortwin train --surrogate --out models/
+  mirrortwin train --data data/lab --residual surrogate --out models/
+  mirrortwin train --data data/small --out /tmp/models --classifier resnet --epochs 3
 """
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the options of this command."""
+    parser.add_argument("--data", type=Path, metavar="DIR", help="a folder that dataset wrote")
     parser.add_argument(
-        "--data", type=Path, required=True, metavar="DIR", help="a folder that dataset wrote"
+        "--surrogate", action="store_true", help="train the surrogate; needs no data set"
     )
     parser.add_argument(
+        "--conditions", choices=("lab", "field"), default="lab",
+        help="with --surrogate: which flights it learns from (default lab)",
+    )  # fmt: skip
+    parser.add_argument(
         "--out", type=Path, default=MODELS, metavar="DIR",
-        help="where weights and card go (default: the models/ of this installation)",
+        help="where weights and card go, and where the surrogate is looked for (default: the "
+        "models/ of this installation)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--residual", choices=("paired", "surrogate", "raw", "differencing"), default="paired",
+        help="how the features are formed (default paired)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--classifier", choices=("cnn", "lstm", "resnet", "transformer", "svm", "rf"),
+        default="cnn", help="default cnn; of svm and rf only the card is kept",
     )  # fmt: skip
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="default 0")
     parser.add_argument(
@@ -40,19 +59,48 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Train and save; raises `InputError` or `StoreError`."""
-    from core.diagnosis.settings import TrainingSettings
-    from core.diagnosis.training import train
-
-    settings = TrainingSettings(seed=args.seed)
-    if args.epochs is not None:
-        settings = TrainingSettings(seed=args.seed, epochs=args.epochs)
-    card = train(args.data, writable_folder(args.out), settings, progress=_tell)
+    if args.surrogate == (args.data is not None):
+        raise InputError("data", "name a data set with --data, or train the --surrogate")
+    out = writable_folder(args.out)
+    card = _surrogate(args, out) if args.surrogate else _classifier(args, out)
     if args.json:
         print_json(card)
         return
     print(f"{card['name']} in {args.out}")
     for part, scores in card["scores"].items():
-        print(f"  {part}: macro-F1 {scores['macro_f1']:.4f}")
+        if "macro_f1" in scores:
+            print(f"  {part}: macro-F1 {scores['macro_f1']:.4f}")
+        else:
+            print(f"  {part}: mean absolute error one step ahead {scores['mae']:.3f}")
+
+
+def _classifier(args: argparse.Namespace, out: Path) -> dict[str, Any]:
+    from core.diagnosis.predict import load_surrogate
+    from core.diagnosis.settings import TrainingSettings
+    from core.diagnosis.training import train
+    from core.experiments.archive import read_manifest
+
+    chosen = {} if args.epochs is None else {"epochs": args.epochs}
+    settings = TrainingSettings(
+        classifier=args.classifier, feature_mode=args.residual, seed=args.seed, **chosen
+    )
+    surrogate = None
+    if args.residual == "surrogate":
+        conditions = read_manifest(args.data).spec["conditions"]
+        surrogate = load_surrogate(conditions, out)
+    return train(args.data, out, settings, surrogate=surrogate, progress=_tell)
+
+
+def _surrogate(args: argparse.Namespace, out: Path) -> dict[str, Any]:
+    from core.surrogate.training import SurrogateSettings, train_surrogate
+
+    settings = SurrogateSettings(conditions=args.conditions, seed=args.seed)
+
+    def tell(step: "Step") -> None:
+        note(f"update {step.done}/{step.of}  loss {step.loss:.4f}")
+
+    work = Path("data") / f"surrogate-{args.conditions}"
+    return train_surrogate(out, settings, work_dir=work, progress=tell)
 
 
 def _tell(epoch: "Epoch") -> None:

@@ -38,7 +38,8 @@ class Diagnosis:
     ``time_s``: (k,) end of each 30 s window; ``probabilities_over_time``: (k, 20);
     ``probabilities``: (20,) the verdict over the effective window; ``classes``: the 20 ids.
     ``onset_s`` is the estimated onset, None where nothing left the noise. ``none_of_these`` says
-    that the flight resembles nothing that the model has learnt, so that its verdict counts little.
+    that the flight resembles nothing that the model has learnt, so that its verdict counts little;
+    it goes by ``energy``, the mean over the windows that the verdict hears.
     """
 
     classes: tuple[str, ...]
@@ -50,6 +51,7 @@ class Diagnosis:
     model: str
     conditions: str
     none_of_these: bool = False
+    energy: float | None = None
 
     @property
     def top(self) -> str:
@@ -71,6 +73,7 @@ class Diagnosis:
             "model": self.model,
             "conditions": self.conditions,
             "none_of_these": self.none_of_these,
+            "energy": self.energy,
             "over_time": {
                 "time_s": [float(t) for t in self.time_s],
                 "probabilities": [[float(p) for p in row] for row in self.probabilities_over_time],
@@ -94,4 +97,5 @@ class Diagnosis:
             model=values["model"],
             conditions=values["conditions"],
             none_of_these=values.get("none_of_these", False),
+            energy=values.get("energy"),
         )

@@ -276,6 +276,7 @@ class StreamingDiagnoser:
             model=self._diagnoser.name,
             conditions=self._diagnoser.conditions,
             none_of_these=energy > calibration.threshold,
+            energy=energy,
         )
 
 

@@ -5,11 +5,12 @@ network's weights). It counts as done if its card was made by this training of t
 training that was cut short goes on after its last whole epoch. Tables share their cells.
 """
 
+import math
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict, Unpack
 
 from core.diagnosis.card import Card, load_model, read_card
 from core.diagnosis.features import FEATURE_MODES
@@ -17,7 +18,7 @@ from core.diagnosis.settings import TrainingSettings
 from core.diagnosis.trainer import identity_of
 from core.diagnosis.training import train
 from core.errors import InputError, MirrorTwinError
-from core.experiments.archive import Manifest, read_manifest
+from core.experiments.archive import MANIFEST, Manifest, read_manifest
 from core.experiments.dataset import DatasetSpec, generate
 from core.experiments.results import Progress
 from core.paths import MODELS
@@ -32,7 +33,12 @@ QUICK_SPEC = DatasetSpec(
 )
 """What ``--quick`` flies: enough for every class to be learnt from, validated on and tested."""
 
+PATIENCE = 40
+"""Epochs without a better validation score after which training stops (paper section 5.1)."""
+
 QUICK_EPOCHS = 2
+FLYING = 0.3
+"""The share of a table's progress that flying its data set makes up."""
 QUICK_SURROGATE = SurrogateSettings(
     flights=2, held_out=1, duration_s=60.0, updates=20, batch=4, seed=0
 )
@@ -79,8 +85,8 @@ class Bench:
         return conditions
 
     def settings(self, **chosen: Any) -> TrainingSettings:
-        """Training settings; in a hurry, those that only prove the path."""
-        settings = TrainingSettings(**chosen)
+        """Training settings with the paper's patience; quick, those that only prove the path."""
+        settings = TrainingSettings(patience=PATIENCE, **chosen)
         return replace(settings, epochs=QUICK_EPOCHS, draws=1) if self.quick else settings
 
     def filled(self, cells: Iterable[Cell], progress: Progress) -> dict[str, Card | None]:
@@ -88,7 +94,7 @@ class Bench:
         wanted = {cell.key: cell for cell in cells}
         cards: dict[str, Card | None] = {}
         for done, (key, cell) in enumerate(wanted.items()):
-            progress(done / len(wanted))
+            progress(FLYING + (1.0 - FLYING) * done / len(wanted))
             cards[key] = self._card(cell)
         progress(1.0)
         return cards
@@ -149,27 +155,30 @@ def _kept(folder: Path, identity: str) -> Card | None:
     return None
 
 
-def open_bench(
-    quick: bool,
-    data: Path | None,
-    conditions: Conditions | None,
-    minutes: float | None,
-    progress: Callable[[int, int], None],
-) -> Bench:
+class Where(TypedDict, total=False):
+    """What a person may choose for a table: the data set, its conditions, how long to go on."""
+
+    data: Path
+    conditions: Conditions
+    minutes: float
+
+
+def open_bench(quick: bool, progress: Progress, **where: Unpack[Where]) -> Bench:
     """The data set in ``data``: by default ``data/CONDITIONS``, with ``quick`` a small one.
 
-    It is flown first where it is not whole. Raises `InputError` if it is of other conditions.
+    It is flown first where it is not whole, by `FLYING` of the progress. After ``minutes`` no new
+    cell is begun. Raises `InputError` if the data set is of other conditions.
     """
-    deadline = time.monotonic() + 60.0 * minutes if minutes is not None else float("inf")
-    wanted: Conditions = conditions or "lab"
-    folder = data or Path("data") / (f"quick-{wanted}" if quick else wanted)
-    if not (folder / "manifest.json").exists():
-        spec = QUICK_SPEC if quick else DatasetSpec.load()
-        generate(replace(spec, conditions=wanted), folder, progress=progress)
+    minutes = where.get("minutes", math.inf)
+    wanted = where.get("conditions", "lab")
+    folder = where.get("data", Path("data") / (f"quick-{wanted}" if quick else wanted))
+    if not (folder / MANIFEST).exists():
+        spec = replace(QUICK_SPEC if quick else DatasetSpec.load(), conditions=wanted)
+        generate(spec, folder, progress=lambda done, total: progress(FLYING * done / total))
     manifest = read_manifest(folder)
-    if conditions is not None and manifest.spec["conditions"] != conditions:
+    if where.get("conditions", manifest.spec["conditions"]) != manifest.spec["conditions"]:
         raise InputError("conditions", f"{folder} was flown in {manifest.spec['conditions']}")
-    return Bench(folder, manifest, quick, deadline)
+    return Bench(folder, manifest, quick, time.monotonic() + 60.0 * minutes)
 
 
 SCORES = ("accuracy", "macro_precision", "macro_recall", "macro_f1")

@@ -1,16 +1,19 @@
 """Synthetic flights and an untrained diagnoser, for tests that need no simulator."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
 
-from core.channels import CHANNEL_INDEX, CHANNELS, N_CHANNELS
+from core.channels import CHANNEL_INDEX, CHANNEL_NAMES, CHANNELS, N_CHANNELS
 from core.diagnosis.card import Card, load_model
 from core.diagnosis.features import FEATURE_MODES, N_FEATURES, Normalisation
 from core.diagnosis.networks import Cnn1d
 from core.diagnosis.predict import Diagnoser
+from core.experiments.archive import Archive, StoredRun
+from core.fmea.catalogue import class_ids
 from core.paths import MODELS
 from core.twin.plan import DT_S
 from core.twin.trajectory import STATE_NAMES, Pair, Trajectory
@@ -63,3 +66,28 @@ def untrained() -> Diagnoser:
         ),
         network=Cnn1d(N_FEATURES, 20).eval(),
     )
+
+
+SPLITS = ("train", "train", "validation", "test")
+
+
+@pytest.fixture(scope="session")
+def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Made up: four runs a class, and each class but the nominal lifts a channel of its own."""
+    folder = tmp_path_factory.mktemp("dataset")
+    archive = Archive.begun(folder, {"conditions": "lab"})
+    ids = []
+    for number, mode in enumerate(class_ids()):
+        for repeat, split in enumerate(SPLITS):
+            seed = 4 * number + repeat
+            shift = [(CHANNEL_NAMES[number], 50.0, 31.0, 65.0)] if mode != "nominal" else []
+            pair = noisy_pair(65.0, *shift, seed=seed)
+            run = StoredRun(
+                id=f"{mode}-{repeat}", mode=mode, split=split, start_row=0,
+                departure_row=1550 if shift else None,
+                plan={"seed": seed}, fault={"mode": mode, "onset_s": 31.0},
+            )  # fmt: skip
+            archive.add(run, np.stack([pair.faulted.channels, pair.mirror.channels]))
+            ids.append(run.id)
+    archive.completed(ids)
+    return folder

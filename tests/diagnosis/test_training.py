@@ -6,45 +6,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from core.channels import CHANNEL_NAMES
 from core.diagnosis.card import load_model
 from core.diagnosis.predict import load_diagnoser
 from core.diagnosis.settings import TrainingSettings
 from core.diagnosis.training import train
 from core.errors import InputError
-from core.experiments.archive import Archive, StoredRun
+from core.experiments.archive import Archive
 from core.fmea.catalogue import class_ids
 
 pytestmark = pytest.mark.slow
 
 SETTINGS = TrainingSettings(epochs=3, patience=3, batch=8, seed=5)
-SPLITS = ("train", "train", "validation", "test")
 
 
 class KilledError(Exception):
     """Stands for a kill between two epochs."""
-
-
-@pytest.fixture(scope="module")
-def dataset(tmp_path_factory, make_pair):
-    """Four runs a class; each class but the nominal lifts one channel of its own."""
-    folder = tmp_path_factory.mktemp("dataset")
-    archive = Archive.begun(folder, {"conditions": "lab"})
-    ids = []
-    for number, mode in enumerate(class_ids()):
-        for repeat, split in enumerate(SPLITS):
-            seed = 4 * number + repeat
-            shift = [(CHANNEL_NAMES[number], 50.0, 31.0, 65.0)] if mode != "nominal" else []
-            pair = make_pair(65.0, *shift, seed=seed)
-            run = StoredRun(
-                id=f"{mode}-{repeat}", mode=mode, split=split, start_row=0,
-                departure_row=1550 if shift else None,
-                plan={"seed": seed}, fault={"mode": mode, "onset_s": 31.0},
-            )  # fmt: skip
-            archive.add(run, np.stack([pair.faulted.channels, pair.mirror.channels]))
-            ids.append(run.id)
-    archive.completed(ids)
-    return folder
 
 
 @pytest.fixture(scope="module")
