@@ -4,14 +4,14 @@ import asyncio
 import logging
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from dash import ClientsideFunction, Dash, Input, Output, State, ctx, html, no_update, set_props
 from dash.exceptions import PreventUpdate
 
 from app.live import UNEXPECTED, Page, Sessions
 from app.pages import fly, missing, runs
-from app.pages.run_view import alert
+from app.pages.run_view import RunView, alert
 from app.pages.setup import (
     FIELDS,
     WEATHER_FIELDS,
@@ -28,6 +28,9 @@ from core.fmea.fault import Fault
 from core.jobs.engine import Engine
 from core.jobs.store import RunStore
 from core.twin.plan import Plan
+
+if TYPE_CHECKING:  # it loads torch
+    from core.diagnosis.predict import Residual
 
 logger = logging.getLogger(__name__)
 
@@ -58,6 +61,7 @@ def register(app: Dash, services: Services) -> None:
     _register_address(app, services)
     _register_live(app, services)
     _register_runs(app, services)
+    _register_diagnosis(app, services)
     _register_form(app)
     _register_scene(app, services)
 
@@ -231,6 +235,33 @@ def _register_runs(app: Dash, services: Services) -> None:
         """Stop the run that is shown."""
         _require(clicks)
         await _done(services.engine.cancel, run_id)
+
+
+def _register_diagnosis(app: Dash, services: Services) -> None:
+    @app.callback(
+        Input(fly.RESIDUAL_SWITCH_ID, "value"),
+        State("run-id", "data"),
+        running=[(Output(fly.RESIDUAL_SWITCH_ID, "disabled"), True, False)],
+        websocket=True,
+        prevent_initial_call=True,
+    )
+    async def judge(residual: "Residual", run_id: str | None) -> None:
+        """Show what the other kind of residual makes of the flight that is shown."""
+        if run_id is None:
+            return
+        try:
+            record = await asyncio.to_thread(services.store.get, run_id)
+            if record.status != "done":
+                return
+            if residual == "paired":
+                diagnosis, _ = await asyncio.to_thread(services.store.load_result, run_id)
+            else:
+                diagnosis = await asyncio.to_thread(services.engine.diagnose, run_id, residual)
+        except MirrorTwinError as error:
+            _alert("The flight could not be diagnosed so", str(error))
+            return
+        for update in RunView(record).diagnosed(diagnosis):
+            set_props(update.component_id, {update.prop: update.value})
 
 
 def _require(clicks: int | None) -> None:

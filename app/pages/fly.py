@@ -20,6 +20,7 @@ GRAPH_CONFIG: Any = {"displayModeBar": False, "doubleClick": "reset+autosize"}
 
 PROBABILITIES_ID = "probabilities"
 STRIP_ID = "residual-strip"
+RESIDUAL_SWITCH_ID = "residual-switch"
 
 SUBSYSTEM_ORDER = ("engine", "fuel", "oil", "electrical", "flight")
 
@@ -181,8 +182,29 @@ def _diagnosis_panel() -> html.Section:
     figures = resting_figures(DEFAULT_PLAN.duration_s, None)
     return html.Section(
         [
-            html.H2("Diagnosis", className="panel-title"),
+            html.Div(
+                [
+                    html.H2("Diagnosis", className="panel-title"),
+                    dmc.SegmentedControl(
+                        id=RESIDUAL_SWITCH_ID,
+                        data=[
+                            {"value": "paired", "label": "Mirror"},
+                            {"value": "surrogate", "label": "Surrogate"},
+                        ],
+                        value="paired",
+                        size="xs",
+                        disabled=True,
+                        **attributes(
+                            aria_label="Residuals against",
+                            title="What the residuals are taken against: the healthy mirror that "
+                            "flew along, or a network that expects what a healthy aircraft does",
+                        ),
+                    ),
+                ],
+                className="panel-head",
+            ),
             html.Div(html.P(RANKING_HINT, className="note"), id="ranking"),
+            html.Div(id="diagnosis-notes"),
             html.H3("Probability of each class", className="chart-title"),
             _graph(PROBABILITIES_ID, figures, "probability-chart"),
             html.H3("Residuals in standard deviations of sensor noise", className="chart-title"),

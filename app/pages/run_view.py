@@ -10,7 +10,15 @@ from dash import html
 
 from app.pages import fly
 from app.pages.setup import DEFAULT_PLAN, error_id, field_id, form_values
-from app.pages.words import STAGES, STATUS_WORDS, event_line, percent, run_subtitle, run_title
+from app.pages.words import (
+    STAGES,
+    STATUS_WORDS,
+    cautions,
+    event_line,
+    percent,
+    run_subtitle,
+    run_title,
+)
 from app.panels.axes import Array, clock
 from app.panels.probabilities import class_colours, leaders, probability_figure
 from app.panels.residuals import heat_strip
@@ -96,13 +104,17 @@ class RunView:
         ]
 
     def resting(self) -> list[Update]:
-        """Axes of this flight for each chart that has nothing to show yet."""
+        """What a run begins with and its first samples need not wait for.
+
+        Axes of this flight for each chart that has nothing to show yet, and the mirror chosen.
+        """
         figures = fly.resting_figures(self.duration_s, self.onset_s)
         if self._strip_s > 0.0:
             del figures[fly.STRIP_ID]
         if self._windows:
             del figures[fly.PROBABILITIES_ID]
         updates = [Update(graph, "figure", figure) for graph, figure in figures.items()]
+        updates.append(Update(fly.RESIDUAL_SWITCH_ID, "value", "paired"))
         return updates if self._samples else [Update("flight", "data", self._tiles), *updates]
 
     def changes(self, batch: Sequence[events.Event]) -> list[Update]:
@@ -152,9 +164,15 @@ class RunView:
     def diagnosed(self, diagnosis: Diagnosis) -> list[Update]:
         """The verdict: the ranking and the probabilities over the whole flight."""
         names = {mode: self._names.get(mode, mode) for mode in diagnosis.classes}
-        return self._verdict(
-            names, diagnosis.time_s, diagnosis.probabilities_over_time, diagnosis.probabilities
-        )
+        notes = cautions(diagnosis, self.record.plan)
+        return [
+            *self._verdict(
+                names, diagnosis.time_s, diagnosis.probabilities_over_time, diagnosis.probabilities
+            ),
+            Update(
+                "diagnosis-notes", "children", [html.P(note, className="caution") for note in notes]
+            ),
+        ]
 
     def _flown(self) -> list[Update]:
         """All samples that the page does not hold yet."""
@@ -238,6 +256,7 @@ class RunView:
         return [
             *_status(status, STATUS_WORDS[status]),
             *_buttons(live=live, finished=not live, retryable=status == "failed" and retryable),
+            Update(fly.RESIDUAL_SWITCH_ID, "disabled", not done),
             *([] if live else [
                 Update("progress", "value", 100 if done else 0),
                 Update("stage", "children", clock(self.duration_s) if done else ""),
@@ -257,6 +276,7 @@ def _cleared() -> list[Update]:
         Update("progress", "value", 0),
         Update("stage", "children", ""),
         Update("ranking", "children", html.P(fly.RANKING_HINT, className="note")),
+        Update("diagnosis-notes", "children", None),
         Update("report", "children", fly.REPORT_HINT),
     ]
 

@@ -3,10 +3,12 @@
 from app.pages.setup import takes_cylinder
 from app.panels.axes import clock
 from core.channels import channel, unit_label
+from core.diagnosis.diagnosis import Diagnosis
 from core.fmea.catalogue import catalogue
 from core.jobs.events import Stage
 from core.jobs.records import RunRecord, Status
 from core.twin.events import FlightEvent
+from core.twin.plan import Plan
 
 STAGES: dict[Stage, str] = {
     "waiting": "Waiting for a worker",
@@ -92,3 +94,19 @@ def event_line(event: FlightEvent) -> str:
     side = "above" if event.value > event.limit else "below"
     worst = f"{event.value:.{limit.decimals}f}"
     return f"{times}: {limit.label} {side} {event.limit:g} {unit}, worst {worst} {unit}"
+
+
+def cautions(diagnosis: Diagnosis, plan: Plan) -> list[str]:
+    """What the reader must know before trusting a diagnosis, most serious first."""
+    notes = []
+    if diagnosis.none_of_these:
+        notes.append(
+            "None of these: the flight resembles nothing that the classifier has learnt. Take the "
+            "ranking for its nearest guesses, no more."
+        )
+    if diagnosis.conditions != plan.conditions:
+        notes.append(
+            f"The classifier has learnt from {diagnosis.conditions} flights, and this is a "
+            f"{plan.conditions} flight: expect more errors than its scores say."
+        )
+    return notes

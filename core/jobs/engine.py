@@ -8,10 +8,11 @@ import threading
 from collections import OrderedDict
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import IO, Any
+from typing import IO, TYPE_CHECKING, Any
 
 from distributed import CancelledError, Client, Future, KilledWorker
 
+from core.diagnosis.diagnosis import Diagnosis
 from core.errors import InputError, StoreError, WorkerError
 from core.fmea.fault import Fault
 from core.jobs.cluster import Cluster
@@ -19,8 +20,11 @@ from core.jobs.events import Cancelled, Event, Failed, FinalEvent, Finished, Pro
 from core.jobs.feed import Feed, Subscription
 from core.jobs.records import RunRecord
 from core.jobs.store import SERVER_STOPPED, RunStore
-from core.jobs.worker import TOPIC, RunResult, fly_task
+from core.jobs.worker import TOPIC, RunResult, diagnose_task, fly_task
 from core.twin.plan import Plan
+
+if TYPE_CHECKING:  # it loads torch
+    from core.diagnosis.predict import Residual
 
 logger = logging.getLogger(__name__)
 
@@ -116,6 +120,25 @@ class Engine:
                 return
             live.is_cancelled = True
         future.cancel()
+
+    def diagnose(self, run_id: str, residual: "Residual") -> Diagnosis:
+        """The diagnosis of a stored run, its residuals formed in one way or another.
+
+        Blocks for some tenths of a second, or behind the flights that come before it. Raises
+        `StoreError`, or `WorkerError` saying why the run cannot be diagnosed so.
+        """
+        record = self.store.get(run_id)
+        pair = self.store.load_pair(run_id)
+        client = self._cluster.client()
+        try:
+            outcome = client.submit(
+                diagnose_task, pair, record.plan, residual, pure=False, priority=10
+            ).result()
+        except (CancelledError, KilledWorker):
+            raise WorkerError(WORKER_DIED) from None
+        if isinstance(outcome, Failed):
+            raise WorkerError(outcome.message)
+        return outcome
 
     def history(self, run_id: str) -> list[Event]:
         """Every event so far, from the last Started on if a worker died.

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from distributed import Worker, WorkerPlugin, get_worker
@@ -31,6 +31,9 @@ from core.jobs.events import (
 from core.report.report import Report
 from core.twin.plan import DT_S, Plan
 from core.twin.trajectory import Pair, Trajectory
+
+if TYPE_CHECKING:  # it loads torch
+    from core.diagnosis.predict import Residual
 
 BLOCK_S = 5.0
 """Flight time between two messages: the classifier's stride, about 10 ms of computing."""
@@ -109,6 +112,19 @@ def fly_task(key: str, run_id: str, plan: Plan, fault: Fault) -> RunResult | Fai
         return Cancelled(run_id)
     except MirrorTwinError as error:
         return Failed(run_id, str(error), retryable=False)
+
+
+def diagnose_task(pair: Pair, plan: Plan, residual: "Residual") -> Diagnosis | Failed:
+    """Diagnose a flown pair by one way to form residuals, as a Dask task.
+
+    An error meant for the user comes back as a value, as in `fly_task`.
+    """
+    from core.diagnosis.predict import load_diagnoser
+
+    try:
+        return load_diagnoser(residual).diagnose(pair, plan)
+    except MirrorTwinError as error:
+        return Failed("", str(error), retryable=False)
 
 
 class WarmUp(WorkerPlugin):

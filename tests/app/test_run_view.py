@@ -1,6 +1,7 @@
 """From the events of a run to what the page shows."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -148,3 +149,17 @@ def test_limits_that_the_flight_crossed_are_listed() -> None:
     text = str(page["flight-events", "children"])
     assert "Engine speed above 2700 rpm" in text
     assert "01:40 to 02:00" in text
+
+
+def test_a_diagnosis_that_deserves_no_trust_says_so() -> None:
+    notes = "diagnosis-notes", "children"
+    sound = view_of()
+    assert shown(sound.diagnosed(diagnosis()))[notes] == []
+
+    unknown = shown(sound.diagnosed(replace(diagnosis(), none_of_these=True)))[notes]
+    assert "None of these" in unknown[0].children
+
+    plan = replace(sound.record.plan, conditions="field")
+    elsewhere = RunView(replace(sound.record, plan=plan))
+    (learnt,) = shown(elsewhere.diagnosed(diagnosis()))[notes]
+    assert "lab flights" in learnt.children and "field flight" in learnt.children

@@ -19,6 +19,7 @@ from playwright.sync_api import BrowserContext, Page, expect
 
 from app import theme
 from core.channels import N_CHANNELS
+from core.paths import MODELS
 from core.report.report import SECTION_TITLES
 
 pytestmark = pytest.mark.browser
@@ -249,6 +250,25 @@ def test_reload_in_the_middle_of_a_run_goes_on_with_it(fly: Fly, server: Any) ->
         assert "of 20:00" in fly.text("stage")
     fly.wait("done")
     assert fly.run_id == address.removeprefix("/run/")
+
+
+@pytest.mark.skipif(
+    not (MODELS / "cnn-surrogate-lab.safetensors").exists(), reason="no surrogate model shipped"
+)
+def test_residuals_can_be_taken_against_the_surrogate(fly: Fly, console_errors: list[str]) -> None:
+    fly.open()
+    switch = fly.page.locator("#residual-switch")
+    expect(switch.locator("input").first).to_be_disabled()
+    fly.press("run")
+    fly.wait("done")
+    mirror = fly.text("ranking")
+    switch.get_by_text("Surrogate").click()
+    expect(fly.page.locator("#ranking")).not_to_have_text(mirror, timeout=TIMEOUT_MS)
+    assert len(fly.text("ranking")) > 20
+    switch.get_by_text("Mirror").click()
+    expect(fly.page.locator("#ranking")).to_have_text(mirror, timeout=TIMEOUT_MS)
+    assert fly.page.locator("#alert").inner_text() == ""
+    assert console_errors == []
 
 
 def test_two_browsers_with_two_faults_see_each_its_own(
