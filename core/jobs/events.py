@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.diagnosis.diagnosis import Diagnosis
-from core.report.report import Report
+from core.report.grounded import GroundedReport
 
 Array32 = NDArray[np.float32]
 Stage = Literal["waiting", "flying", "diagnosing", "reporting", "storing"]
@@ -76,10 +76,10 @@ class Diagnosed:
 
 @dataclass(frozen=True, slots=True)
 class Reported:
-    """The report on the diagnosis."""
+    """The report on the diagnosis, each sentence checked."""
 
     run_id: str
-    report: Report
+    report: GroundedReport
 
 
 @dataclass(frozen=True, slots=True)

@@ -36,6 +36,8 @@ from core.jobs.files import (
     write_trajectory,
 )
 from core.jobs.records import STATUSES, UNFINISHED, RunRecord, code_version, new_run_id
+from core.report.case import open_case
+from core.report.grounded import GroundedReport, checked_report
 from core.report.report import Report
 from core.twin.plan import Plan
 from core.twin.trajectory import Pair
@@ -154,7 +156,7 @@ class RunStore:
         """Both flights, bit for bit as saved."""
         return read_pair(self._file(run_id, "run.parquet"))
 
-    def save_result(self, run_id: str, diagnosis: Diagnosis, report: Report) -> RunRecord:
+    def save_result(self, run_id: str, diagnosis: Diagnosis, report: GroundedReport) -> RunRecord:
         """Keep diagnosis and report, which completes the run: its status becomes done."""
         top, probability = diagnosis.ranked(1)[0]
         done = replace(
@@ -168,12 +170,18 @@ class RunStore:
         write_json(self._folder(run_id, make=True) / "run.json", values)
         return self.update(run_id, status="done", error=None, top=top, top_probability=probability)
 
-    def load_result(self, run_id: str) -> tuple[Diagnosis, Report]:
+    def save_report(self, run_id: str, report: GroundedReport) -> None:
+        """Keep another report on a run that is done, in the place of the last one."""
+        path = self._file(run_id, "run.json")
+        write_json(path, read_json(path) | {"report": report.to_dict()})
+
+    def load_result(self, run_id: str) -> tuple[Diagnosis, GroundedReport]:
         """Diagnosis and report as saved."""
         path = self._file(run_id, "run.json")
         values = read_json(path)
         try:
-            return Diagnosis.from_dict(values["diagnosis"]), Report.from_dict(values["report"])
+            diagnosis = Diagnosis.from_dict(values["diagnosis"])
+            return diagnosis, _report(values["report"], diagnosis)
         except (KeyError, TypeError, ValueError) as error:
             raise StoreError(f"{path} is not a result of this version: {error}") from error
 
@@ -237,6 +245,13 @@ def _record(row: sqlite3.Row) -> RunRecord:
     except (InputError, ValueError, TypeError) as error:
         raise StoreError(f"run {row['id']} cannot be read by this version: {error}") from error
     return RunRecord(**values)
+
+
+def _report(values: dict[str, Any], diagnosis: Diagnosis) -> GroundedReport:
+    if "sentences" in values:
+        return GroundedReport.from_dict(values)
+    # A run of the time when reports were stored as plain text: what it says is checked now.
+    return checked_report(open_case(diagnosis), Report.from_dict(values))
 
 
 def _readable(rows: list[sqlite3.Row]) -> Iterator[RunRecord]:

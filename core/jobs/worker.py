@@ -28,7 +28,7 @@ from core.jobs.events import (
     Reported,
     Samples,
 )
-from core.report.report import Report
+from core.report.grounded import GroundedReport
 from core.twin.plan import DT_S, Plan
 from core.twin.trajectory import Pair, Trajectory
 
@@ -59,7 +59,7 @@ class RunResult:
 
     pair: Pair
     diagnosis: Diagnosis
-    report: Report
+    report: GroundedReport
 
 
 def fly_run(run_id: str, plan: Plan, fault: Fault, emit: Emit) -> RunResult:
@@ -71,7 +71,8 @@ def fly_run(run_id: str, plan: Plan, fault: Fault, emit: Emit) -> RunResult:
     """
     # Here and not above: the server imports this module too, and has no use for torch or JSBSim.
     from core.diagnosis.predict import load_diagnoser
-    from core.report.template import write_report
+    from core.report.case import open_case
+    from core.report.grounded import grounded_template
 
     emit(Progress(run_id, "flying", 0.0))
     stream = load_diagnoser().stream()
@@ -86,7 +87,7 @@ def fly_run(run_id: str, plan: Plan, fault: Fault, emit: Emit) -> RunResult:
     diagnosis = stream.finish()
     emit(Diagnosed(run_id, diagnosis))
     emit(Progress(run_id, "reporting", 0.95))
-    report = write_report(diagnosis)
+    report = grounded_template(open_case(diagnosis))
     emit(Reported(run_id, report))
     return RunResult(_joined(blocks), diagnosis, report)
 

@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
 from core.report.case import Case
-from core.report.checker import CheckedSentence, Checker
+from core.report.checker import CheckedSentence, Checker, check_report
 from core.report.endpoint import WriterError
 from core.report.metrics import Metrics, measure
 from core.report.report import SECTION_TITLES, Report, Section
@@ -145,6 +145,15 @@ def grounded_template(case: Case) -> GroundedReport:
     *_, done = write_grounded(case, TemplateWriter())
     assert isinstance(done, Done)
     return done.report
+
+
+def checked_report(case: Case, report: Report) -> GroundedReport:
+    """A report that exists already, checked as it stands: what does not hold is struck."""
+    checked = check_report(case, report)
+    origin: Origin = "template" if report.writer == WRITER else "writer"
+    found = tuple(GroundedSentence(item, origin, not item.struck) for item in checked)
+    kept = [item for item in checked if not item.struck]
+    return GroundedReport(report.writer, found, (), measure(case, checked), measure(case, kept))
 
 
 class _StuckError(WriterError):

@@ -6,6 +6,7 @@ import sqlite3
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,12 +17,13 @@ from core.diagnosis.diagnosis import Diagnosis, Evidence
 from core.errors import StoreError
 from core.fmea.catalogue import catalogue
 from core.fmea.fault import Fault
+from core.jobs.files import read_json, write_json
 from core.jobs.store import SERVER_STOPPED, RunStore, default_root
+from core.report.case import open_case
+from core.report.grounded import grounded_template
 from core.report.report import Report, Section
 from core.twin.plan import Plan
 from core.twin.trajectory import Pair
-
-REPORT = Report((Section("Conclusion", "Cylinder 1 runs *hot*."),), "template")
 
 
 def a_diagnosis() -> Diagnosis:
@@ -33,6 +35,9 @@ def a_diagnosis() -> Diagnosis:
     return Diagnosis(
         classes, np.array([30.0, 35.0]), over_time, over_time[1], (evidence,), 61.0, "cnn", "lab"
     )
+
+
+REPORT = grounded_template(open_case(a_diagnosis()))
 
 
 def test_a_run_from_entry_to_result(store: RunStore, short_pair: Pair) -> None:
@@ -231,3 +236,27 @@ def _fill(where: Path) -> None:
                 pass
         except OSError:
             return
+
+
+def test_a_report_can_be_written_anew(store: RunStore) -> None:
+    record = store.create(SHORT_PLAN, CRACK)
+    store.save_result(record.id, a_diagnosis(), REPORT)
+    other = replace(REPORT, writer="a model", notes=("It took long.",))
+    store.save_report(record.id, other)
+    diagnosis, report = RunStore(store.root).load_result(record.id)
+    assert report == other
+    assert diagnosis.to_dict() == a_diagnosis().to_dict()
+    with pytest.raises(StoreError, match="queued"):
+        store.save_report(store.create(SHORT_PLAN, CRACK).id, other)
+
+
+def test_a_report_stored_as_plain_text_is_checked_when_read(store: RunStore) -> None:
+    record = store.create(SHORT_PLAN, CRACK)
+    store.save_result(record.id, a_diagnosis(), REPORT)
+    path = store.root / "runs" / record.id / "run.json"
+    old = Report(
+        (Section("Conclusion", "CHT 1 rose by 12.5 °F. CHT 1 fell by 40 °F."),), "template"
+    )
+    write_json(path, read_json(path) | {"report": old.to_dict()})
+    _, report = store.load_result(record.id)
+    assert [item.kept for item in report.sentences] == [True, False]
