@@ -27,7 +27,7 @@ from core.diagnosis.diagnosis import Diagnosis
 from core.fmea.catalogue import catalogue
 from core.jobs import events
 from core.jobs.records import RunRecord, Status
-from core.report.report import Report
+from core.report.grounded import GroundedReport
 from core.twin.events import FlightEvent, flight_events
 from core.twin.trajectory import Pair
 
@@ -264,9 +264,9 @@ class RunView:
         ]  # fmt: skip
 
 
-def reported(report: Report) -> list[Update]:
+def reported(report: GroundedReport) -> list[Update]:
     """The five sections as one Markdown text."""
-    return [Update("report", "children", report.markdown)]
+    return [Update("report", "children", report.report.markdown)]
 
 
 def _cleared() -> list[Update]:

@@ -16,7 +16,8 @@ from core.fmea.catalogue import class_ids
 from core.fmea.fault import Fault
 from core.jobs import events
 from core.jobs.records import RunRecord, new_run_id
-from core.report.report import Report, Section
+from core.report.case import open_case
+from core.report.grounded import grounded_template
 from core.twin.flight import fly_pair
 from core.twin.plan import Plan
 from core.twin.trajectory import STATE_NAMES
@@ -93,11 +94,11 @@ def test_long_flights_are_thinned_while_they_stream() -> None:
 
 def test_verdict_and_report_are_shown() -> None:
     view = view_of()
-    report = Report((Section("Conclusion", "**Engine failure.** <b>not bold</b>"),), "template")
+    report = grounded_template(open_case(diagnosis()))
     page = shown(view.changes([events.Diagnosed("r", diagnosis()), events.Reported("r", report)]))
     assert "Engine failure" in str(page["ranking", "children"])
     assert "81.0 %" in str(page["ranking", "children"])
-    assert page["report", "children"] == report.markdown
+    assert page["report", "children"] == report.report.markdown
 
 
 @pytest.mark.parametrize(
