@@ -185,20 +185,20 @@ def _diagnosis_panel() -> html.Section:
             html.Div(
                 [
                     html.H2("Diagnosis", className="panel-title"),
-                    dmc.SegmentedControl(
-                        id=RESIDUAL_SWITCH_ID,
-                        data=[
-                            {"value": "paired", "label": "Mirror"},
-                            {"value": "surrogate", "label": "Surrogate"},
-                        ],
-                        value="paired",
-                        size="xs",
-                        disabled=True,
-                        **attributes(
-                            aria_label="Residuals against",
-                            title="What the residuals are taken against: the healthy mirror that "
-                            "flew along, or a network that expects what a healthy aircraft does",
+                    html.Div(
+                        dmc.SegmentedControl(
+                            id=RESIDUAL_SWITCH_ID,
+                            data=[
+                                {"value": "paired", "label": "Mirror"},
+                                {"value": "surrogate", "label": "Surrogate"},
+                            ],
+                            value="paired",
+                            size="xs",
+                            disabled=True,
+                            **attributes(aria_label="Residuals against"),
                         ),
+                        title="What residuals are taken against: the healthy mirror that flew "
+                        "along, or a network that expects what a healthy aircraft does",
                     ),
                 ],
                 className="panel-head",

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from plotly import graph_objects as go
 
+from app.pages import fly
 from app.panels.axes import clock, kept_rows, onset_mark, packed, time_axis
 from app.panels.probabilities import leaders, probability_figure
 from app.panels.residuals import COLUMNS, NOISE_SIGMA, binned_sigma, heat_strip
@@ -144,3 +145,8 @@ class TestTiles:
         assert len(time_s) == len(faulted) == len(mirror)
         assert (faulted - mirror).max() == pytest.approx(500.0, abs=0.01)
         assert time_s[np.argmax(faulted - mirror)] == pytest.approx(140.0)
+
+
+def test_the_page_can_be_laid_out():
+    """Components refuse properties that they do not have only when they are made."""
+    assert fly.layout().id == "fly"
