@@ -44,7 +44,8 @@ def find_surrogate_evidence(
     """The same from the surrogate's finished residual, (n, 23) in divisors.
 
     The band is twice what healthy flights keep to, and one sensor standard deviation at least; the
-    onset is the beginning of the first whole second that any channel spends outside it.
+    onset is the beginning of the first whole second that any channel spends outside it. Unlike a
+    mirror, a network that is taken off what it knows errs in healthy channels too.
     """
     bands = np.maximum(
         USUAL_TIMES * surrogate.usual * surrogate.divisor,

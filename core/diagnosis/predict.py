@@ -26,7 +26,7 @@ from core.errors import InputError, MirrorTwinError
 from core.paths import MODELS
 from core.residual.window import EFFECTIVE_S, STRIDE_STEPS, WINDOW_S, WINDOW_STEPS
 from core.surrogate.controls import controls
-from core.surrogate.surrogate import Surrogate, baseline
+from core.surrogate.surrogate import Surrogate, debiased
 from core.twin.plan import DT_S, Conditions, Plan
 from core.twin.trajectory import Array, Array32, Pair, Trajectory
 
@@ -209,14 +209,11 @@ class _SurrogateReader:
     def window(self, start_row: int, window: Pair) -> Array32:
         self._smoothed = [np.concatenate(self._smoothed)]
         smoothed = self._smoothed[0]
-        residual: Array32 = smoothed[start_row : start_row + WINDOW_STEPS] - baseline(smoothed)
-        return residual
+        return debiased(smoothed)[start_row : start_row + WINDOW_STEPS]
 
     def evidence(self, pair: Pair) -> tuple[tuple[Evidence, ...], float | None]:
         smoothed = np.concatenate(self._smoothed)
-        return find_surrogate_evidence(
-            smoothed - baseline(smoothed), pair.faulted.time_s, self._surrogate
-        )
+        return find_surrogate_evidence(debiased(smoothed), pair.faulted.time_s, self._surrogate)
 
 
 class StreamingDiagnoser:

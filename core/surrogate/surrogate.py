@@ -132,18 +132,22 @@ class Surrogate:
 
     def residual(self, channels: Array32, controls: Array32) -> Array32:
         """The finished residual of a recording, (n, 23), in divisors."""
-        smoothed = self.smoothed(channels, controls)
-        return smoothed - baseline(smoothed)
+        return debiased(self.smoothed(channels, controls))
 
     def stream(self) -> "SurrogateStream":
         """The residual of a flight as it goes on."""
         return SurrogateStream(self)
 
 
-def baseline(smoothed: Array32) -> Array32:
-    """The mean residual of the healthy beginning, (23,): the third layer. Needs 30 s."""
-    mean: Array32 = smoothed[BASELINE_ROWS].mean(axis=0, dtype=np.float64).astype(np.float32)
-    return mean
+def debiased(smoothed: Array32) -> Array32:
+    """The third layer: a recording's residual less its mean while healthy. Needs 30 s.
+
+    Before the network is warm and the mean complete, the residual is 0: nothing is known yet.
+    """
+    mean = smoothed[BASELINE_ROWS].mean(axis=0, dtype=np.float64).astype(np.float32)
+    residual: Array32 = smoothed - mean
+    residual[: BASELINE_ROWS.start] = 0.0
+    return residual
 
 
 def sliding_mean(values: Array32) -> Array32:

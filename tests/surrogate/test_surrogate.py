@@ -21,7 +21,7 @@ from core.surrogate.surrogate import (
     FULL_SCALE,
     SMOOTH_STEPS,
     Surrogate,
-    baseline,
+    debiased,
     sliding_mean,
 )
 from core.surrogate.training import FIRST_SEED, SurrogateSettings, train_surrogate
@@ -109,8 +109,12 @@ def test_the_healthy_beginning_is_taken_away(surrogate):
     biased = replace(surrogate, channel_mean=surrogate.channel_mean + 1.0)
     smoothed = biased.smoothed(channels, commanded)
     finished = biased.residual(channels, commanded)
-    np.testing.assert_allclose(finished, smoothed - baseline(smoothed), atol=1e-6)
+    np.testing.assert_array_equal(finished, debiased(smoothed))
     np.testing.assert_allclose(finished[BASELINE_ROWS].mean(axis=0), 0.0, atol=1e-5)
+    shift = smoothed - finished
+    assert np.ptp(shift[BASELINE_ROWS.start :], axis=0) == pytest.approx(0.0, abs=1e-5)
+    assert np.abs(shift).max() > 0.1
+    assert not finished[: BASELINE_ROWS.start].any()
 
 
 def test_smoothing_is_the_mean_of_the_last_second():
