@@ -79,7 +79,7 @@ def run(quick: bool, progress: Progress) -> Result:
     for row in rows:
         row["times_faster_than_paper"] = row["paper_total_ms"] / row["total_ms"]
     return Result(
-        name="table5",
+        name=f"table5-{PLAN.conditions}",
         settings={
             "quick": quick,
             "rounds": rounds,
