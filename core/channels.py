@@ -88,7 +88,7 @@ CHANNELS: tuple[Channel, ...] = (
     _cht(1), _cht(2), _cht(3), _cht(4),
     _egt(1), _egt(2), _egt(3), _egt(4),
     Channel("OAT", "degC", "Outside air", "flight", 80.0, 0.027, 0.05, 1.1, 0.1, 1),
-    Channel("IAS", "kt", "Indicated airspeed", "flight", 160.0, 0.15, 0.5, 1.2, 0.01, 1,
+    Channel("IAS", "kt", "Airspeed (IAS)", "flight", 160.0, 0.15, 0.5, 1.2, 0.01, 1,
             (44.0, 127.0), (None, 158.0)),
     Channel("VSpd", "fpm", "Vertical speed", "flight", 4000.0, 7.7, 40.0, 1.4, 0.01, 0),
     Channel("NormAc", "g", "Normal acceleration", "flight", 2.0, 0.018, 0.008, 0.3, 0.01, 2,
