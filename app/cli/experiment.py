@@ -73,8 +73,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--minutes", type=float, metavar="M",
-        help="table1-4 only: begin no training after M minutes; the next call goes on. 0 writes "
-        "down what there is",
+        help="table1-4 and 6 only: begin no training, and no report by a language model, after M "
+        "minutes; the next call goes on. 0 writes down what there is",
     )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print the JSON file too")
 
@@ -102,7 +102,11 @@ def run(args: argparse.Namespace) -> None:
 
 def _given(args: argparse.Namespace) -> dict[str, Any]:
     """The options that only some experiments take; raises `InputError` where this one does not."""
-    known = {"realism": ("logs",), **dict.fromkeys(TRAINED, ("data", "conditions", "minutes"))}
+    known = {
+        "realism": ("logs",),
+        "table6": ("minutes",),
+        **dict.fromkeys(TRAINED, ("data", "conditions", "minutes")),
+    }
     given: dict[str, Any] = {}
     for name in ("logs", "data", "conditions", "minutes"):
         value = getattr(args, name)
