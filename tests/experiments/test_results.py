@@ -70,6 +70,19 @@ def _shipped(name: str) -> dict[str, Any]:
     return content
 
 
+def test_shipped_realism_is_of_all_flights_and_holds_figures_of_the_logs_but_no_log():
+    content = _shipped("realism")
+    assert content["settings"]["quick"] is False
+    assert content["settings"]["flights"] == 200
+    assert content["held"]["means"] == {"held": 23, "of": 23}
+    assert content["held"]["noise"]["held"] >= 21
+    assert content["held"]["correlations"]["held"] >= 11
+    for log in content["logs"]:
+        assert set(log) == {"name", "rows", "cruise_s", "steady_s", "missing"}
+    sizes = [(RESULTS / f"realism.{kind}").stat().st_size for kind in ("json", "html")]
+    assert max(sizes) < 40_000  # three logs of an hour each would not fit
+
+
 @pytest.mark.parametrize("name", ["fig6", "fig7", "signs", "speed"])
 def test_shipped_results_are_whole_and_of_the_full_length(name):
     content = _shipped(name)
