@@ -77,6 +77,9 @@ def create_app(engine: Engine, store: RunStore) -> FastAPI:
     scenes.mount(server)
     recordings.mount(server)
     _mount_pages(server, dash, store)
+    # Dash does this on the first request to a path of its own; the first one may name a page of
+    # ours, which would come without its scripts and styles.
+    dash._setup_server()  # type: ignore[no-untyped-call]  # dash
     policy = content_security_policy([*dash.csp_hashes(), _script_hash(_SCHEME_SCRIPT)])
     server.add_middleware(BodyLimit)
     server.add_middleware(TrustedHostMiddleware, allowed_hosts=list(LOOPBACK_HOSTS))

@@ -34,10 +34,8 @@
   window.dash_clientside = Object.assign({}, window.dash_clientside, {
     mirrortwin: {
       markPage(kind) {
-        for (const [name, id] of [["fly", "nav-fly"], ["runs", "nav-runs"]]) {
-          const link = document.getElementById(id);
-          if (!link) continue;
-          if (kind === name) link.setAttribute("aria-current", "page");
+        for (const link of document.querySelectorAll(".header nav a")) {
+          if (link.id === `nav-${kind}`) link.setAttribute("aria-current", "page");
           else link.removeAttribute("aria-current");
         }
         // The 3D view starts on this report: let the page itself come first.

@@ -3,16 +3,17 @@
 import asyncio
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from dash import ClientsideFunction, Dash, Input, Output, State, ctx, html, no_update, set_props
 from dash.exceptions import PreventUpdate
 
 from app.live import UNEXPECTED, Page, Sessions
-from app.pages import fly, missing, runs
+from app.pages import faults, fly, library, missing, runs
 from app.pages.run_view import RunView, alert
 from app.pages.setup import (
+    DEFAULT_FAULT,
     FIELDS,
     WEATHER_FIELDS,
     error_id,
@@ -24,6 +25,7 @@ from app.pages.setup import (
 from app.pages.shell import Address, read_address, run_path
 from app.recorder import Recorder
 from core.errors import InputError, MirrorTwinError
+from core.experiments.shelf import take
 from core.fmea.fault import Fault
 from core.jobs.engine import Engine
 from core.jobs.store import RunStore
@@ -64,6 +66,7 @@ def register(app: Dash, services: Services) -> None:
     _register_diagnosis(app, services)
     _register_form(app)
     _register_scene(app, services)
+    library.register(app)
 
 
 def _register_address(app: Dash, services: Services) -> None:
@@ -71,6 +74,7 @@ def _register_address(app: Dash, services: Services) -> None:
         Output("page", "children"),
         Output("page-kind", "data"),
         Output("run-id", "data"),
+        Output("page-title", "data"),
         Input("url", "pathname"),
         State("page-kind", "data"),
         State("session", "data"),
@@ -78,15 +82,20 @@ def _register_address(app: Dash, services: Services) -> None:
     )
     async def turn_page(
         path: str | None, kind: str | None, session_id: str
-    ) -> tuple[Any, Any, Any]:
+    ) -> tuple[Any, Any, Any, str]:
         """Show the page that the address names; a page that stays is left as it is."""
         address = await asyncio.to_thread(read_address, path or "/", services.store)
         if address.kind == kind == "fly":
-            return no_update, no_update, address.run_id
+            return no_update, no_update, address.run_id, address.title
         services.sessions.get(session_id).clear()
         page = await asyncio.to_thread(_page, address, services.store)
-        return page, address.kind, address.run_id
+        return page, address.kind, address.run_id, address.title
 
+    _in_browser(
+        app,
+        ClientsideFunction("workbench", "nameTab"),
+        Input("page-title", "data"),
+    )
     _in_browser(
         app,
         ClientsideFunction("mirrortwin", "markPage"),
@@ -102,10 +111,14 @@ def _register_address(app: Dash, services: Services) -> None:
 def _page(address: Address, store: RunStore) -> html.Div:
     match address.kind:
         case "fly":
-            return fly.layout()
+            return fly.layout(replace(DEFAULT_FAULT, mode=address.mode or DEFAULT_FAULT.mode))
         case "runs":
             return runs.layout(store.records())
-        case "missing":
+        case "faults" if address.mode is not None:
+            return faults.mode_layout(address.mode, take("signs"))
+        case "faults":
+            return faults.catalogue_layout()
+        case _:
             return missing.layout(address.problem)
 
 

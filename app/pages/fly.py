@@ -15,6 +15,7 @@ from app.panels.residuals import heat_strip
 from app.panels.sensors import cleared, tile_specs
 from core.channels import CHANNELS, N_CHANNELS, Channel, unit_label
 from core.fmea.catalogue import catalogue
+from core.fmea.fault import Fault
 
 GRAPH_CONFIG: Any = {"displayModeBar": False, "doubleClick": "reset+autosize"}
 
@@ -44,12 +45,12 @@ def readout_id(index: int) -> str:
     return f"readout-{index}"
 
 
-def layout() -> html.Div:
-    """The whole page, before any run."""
+def layout(fault: Fault = DEFAULT_FAULT) -> html.Div:
+    """The whole page, before any run, with that fault filled in."""
     return html.Div(
         [
-            html.Aside(setup_panel(), className="area-setup"),
-            html.Div(_run_bar(), className="area-bar"),
+            html.Aside(setup_panel(fault), className="area-setup"),
+            html.Div(_run_bar(fault), className="area-bar"),
             html.Div(_scene_panel(), className="area-scene"),
             html.Div([_diagnosis_panel(), _report_panel()], className="area-verdict"),
             html.Div(html.Div(_channel_panels(), className="charts"), className="area-charts"),
@@ -93,7 +94,7 @@ def replay_frame(run_id: str | None, *, dark: bool) -> html.Iframe | html.P:
     )
 
 
-def _run_bar() -> html.Section:
+def _run_bar(fault: Fault) -> html.Section:
     """Which run this is, how far it has come, and what can be done with it."""
     return html.Section(
         [
@@ -102,7 +103,7 @@ def _run_bar() -> html.Section:
                     html.Div(
                         [
                             html.H1("No flight yet", id="run-title"),
-                            html.P(idle_hint(), id="run-subtitle", className="note"),
+                            html.P(idle_hint(fault), id="run-subtitle", className="note"),
                         ],
                         className="run-name",
                     ),
@@ -131,12 +132,12 @@ def _run_bar() -> html.Section:
     )  # fmt: skip
 
 
-def idle_hint() -> str:
+def idle_hint(fault: Fault = DEFAULT_FAULT) -> str:
     """What one click on Run would do."""
-    name = catalogue()[DEFAULT_FAULT.mode].name
+    name = catalogue()[fault.mode].name
     return (
         "Two aircraft fly the same plan, one of them with a fault. "
-        f"Press Run to break this one: {name.lower()}, severity {DEFAULT_FAULT.severity:g}."
+        f"Press Run to break this one: {name.lower()}, severity {fault.severity:g}."
     )
 
 

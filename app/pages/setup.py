@@ -114,9 +114,9 @@ def fault_note(mode: str) -> str:
     return f"Grows by {entry.law}; {place}."
 
 
-def setup_panel() -> html.Div:
-    """The whole form with its defaults and its buttons."""
-    values = form_values(DEFAULT_PLAN, DEFAULT_FAULT)
+def setup_panel(fault: Fault = DEFAULT_FAULT) -> html.Div:
+    """The whole form with its defaults, that fault and its buttons."""
+    values = form_values(DEFAULT_PLAN, fault)
     return html.Div(
         [
             html.Section(

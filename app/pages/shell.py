@@ -10,21 +10,46 @@ from app import theme
 from app.live import new_session_id
 from app.pages.attributes import attributes
 from core.errors import StoreError
+from core.fmea.catalogue import catalogue
 from core.jobs.records import valid_run_id
 from core.jobs.store import RunStore
 
-PageKind = Literal["fly", "runs", "missing"]
+PageKind = Literal["fly", "runs", "compare", "faults", "results", "missing"]
 
 RUN_PREFIX = "/run/"
+
+PAGES: dict[PageKind, tuple[str, str]] = {
+    "fly": ("Fly", "/"),
+    "runs": ("Runs", "/runs"),
+    "compare": ("Compare", "/compare"),
+    "faults": ("Faults", "/faults"),
+    "results": ("Results", "/results"),
+}
+"""What the header leads to: name and address."""
 
 
 @dataclass(frozen=True, slots=True)
 class Address:
-    """What a path names. ``problem`` says to a person why there is nothing there."""
+    """What a path names. ``problem`` says to a person why there is nothing there.
+
+    ``mode`` is the failure mode that the page is about, ``run_ids`` are the runs compared, and
+    ``result`` is the experiment shown.
+    """
 
     kind: PageKind
     run_id: str | None = None
     problem: str = ""
+    mode: str | None = None
+    run_ids: tuple[str, ...] = ()
+    result: str | None = None
+
+    @property
+    def title(self) -> str:
+        """What the browser's tab says."""
+        name = PAGES[self.kind][0] if self.kind in PAGES else "Nothing here"
+        if self.mode is not None:
+            name = f"{catalogue()[self.mode].name}, {name}"
+        return f"{name} · MirrorTwin"
 
 
 def run_path(run_id: str) -> str:
@@ -38,9 +63,29 @@ def read_address(path: str, store: RunStore) -> Address:
         return Address("fly")
     if path == "/runs":
         return Address("runs")
-    if not path.startswith(RUN_PREFIX):
-        return Address("missing", problem=f"There is no page at {path[:80]}.")
-    run_id = path.removeprefix(RUN_PREFIX)
+    if path.startswith(RUN_PREFIX):
+        return _run_address(path.removeprefix(RUN_PREFIX), store)
+    _, head, *rest = path.split("/", 2)
+    name = rest[0] if rest else ""
+    match head:
+        case "fly" | "faults" if name or head == "faults":
+            return _mode_address("fly" if head == "fly" else "faults", name)
+        case _:
+            return Address("missing", problem=f"There is no page at {path[:80]}.")
+
+
+def _mode_address(kind: PageKind, mode: str) -> Address:
+    """A page about a failure mode; without one, the page about all of them."""
+    if mode and mode not in catalogue():
+        return Address(
+            "missing",
+            problem=f"“{mode[:60]}” is not one of the {len(catalogue())} classes of the fault "
+            "catalogue.",
+        )
+    return Address(kind, mode=mode or None)
+
+
+def _run_address(run_id: str, store: RunStore) -> Address:
     if not valid_run_id(run_id):
         return Address(
             "missing",
@@ -68,6 +113,7 @@ def layout() -> dmc.MantineProvider:
             dcc.Store(id="scheme", data=None),
             dcc.Store(id="taken", data=None),
             dcc.Store(id="awake", data=None),
+            dcc.Store(id="page-title", data=None),
             html.A("Skip to the page", href="#page", className="skip-link"),
             dmc.AppShell(
                 [
@@ -95,10 +141,7 @@ def _header() -> list[object]:
     return [
         dcc.Link("MirrorTwin", href="/", className="brand"),
         html.Nav(
-            [
-                dcc.Link("Fly", href="/", id="nav-fly"),
-                dcc.Link("Runs", href="/runs", id="nav-runs"),
-            ],
+            [dcc.Link(name, href=path, id=f"nav-{kind}") for kind, (name, path) in PAGES.items()],
             **attributes(aria_label="Pages"),
         ),
         html.Span("Cessna 172P, simulated", className="note header-note"),

@@ -16,15 +16,24 @@ Array = NDArray[np.floating[Any]]
 Array32 = NDArray[np.float32]
 Figure = dict[str, Any]
 
-MILLIS_PER_S = 1000.0
 HOUR_S = 3600.0
+_DAY_S = 86_400.0
 
 _DOWNSAMPLER = MinMaxLTTBDownsampler()  # type: ignore[no-untyped-call]  # library
 
 
-def millis(time_s: Array) -> Array32:
-    """Flight time for a Plotly date axis: milliseconds, exact in float32 up to 4.6 hours."""
-    return (np.asarray(time_s) * MILLIS_PER_S).astype(np.float32)
+def moment(time_s: float) -> float:
+    """Flight time as a number for a Plotly date axis: milliseconds, a day on.
+
+    A day, because Plotly takes bare numbers up to 9999 for years, not for the first ten seconds.
+    """
+    return 1000.0 * (time_s + _DAY_S)
+
+
+def moments(time_s: Array) -> dict[str, str]:
+    """Flight times (n,) for a Plotly date axis, packed; see `moment`. Float32 is too coarse."""
+    values = 1000.0 * (np.asarray(time_s, dtype=np.float64) + _DAY_S)
+    return {"dtype": "f8", "bdata": b64encode(values.tobytes()).decode()}
 
 
 def clock(time_s: float) -> str:
@@ -46,7 +55,7 @@ def time_axis(duration_s: float, **extra: Any) -> dict[str, Any]:
     whole = "%-H:%M:%S" if duration_s >= HOUR_S else "%M:%S"
     return {
         "type": "date",
-        "range": [0, duration_s * MILLIS_PER_S],
+        "range": [moment(0.0), moment(duration_s)],
         "tickformat": whole,
         "hoverformat": whole + ".%1f",
         "nticks": 6,
@@ -63,8 +72,8 @@ def onset_mark(onset_s: float | None, *, label: str = "") -> list[dict[str, Any]
         return []
     mark: dict[str, Any] = {
         "type": "line",
-        "x0": onset_s * MILLIS_PER_S,
-        "x1": onset_s * MILLIS_PER_S,
+        "x0": moment(onset_s),
+        "x1": moment(onset_s),
         "y0": 0,
         "y1": 1,
         "xref": "x",

@@ -7,12 +7,12 @@ import numpy as np
 
 from app import theme
 from app.panels.axes import (
-    MILLIS_PER_S,
     Array,
     Figure,
     bare_layout,
     clock,
-    millis,
+    moment,
+    moments,
     onset_mark,
     packed,
     time_axis,
@@ -80,7 +80,7 @@ def probability_figure(
             "type": "scatter",
             "mode": "lines",
             "name": names[mode],
-            "x": packed(millis(time_s)),
+            "x": moments(time_s),
             "y": packed(shares[:, columns[mode]]),
             "line": {
                 "color": colours.get(mode, theme.CLASS_REST),
@@ -108,7 +108,7 @@ def _names_on_lines(names: Mapping[str, str], time_s: Array, shares: Array) -> l
         middle = led[len(led) // 2]
         annotations.append(
             {
-                "x": float(time_s[middle]) * MILLIS_PER_S,
+                "x": moment(float(time_s[middle])),
                 "y": float(shares[middle, column]),
                 "text": labels[column],
                 "showarrow": False,

@@ -5,11 +5,11 @@ from numpy.typing import NDArray
 
 from app import theme
 from app.panels.axes import (
-    MILLIS_PER_S,
     Array,
     Array32,
     Figure,
     bare_layout,
+    moments,
     onset_mark,
     packed,
     time_axis,
@@ -48,11 +48,11 @@ def heat_strip(
 ) -> Figure:
     """Which channel left its mirror, when and which way; see `binned_sigma` for the inputs."""
     strip = binned_sigma(time_s, residual, duration_s)
-    edges = np.linspace(0.0, duration_s * MILLIS_PER_S, COLUMNS + 1)
+    edges = np.linspace(0.0, duration_s, COLUMNS + 1)
     labels = [channel.label for channel in CHANNELS]
     bars = {
         "type": "heatmap",
-        "x": packed(edges),
+        "x": moments(edges),
         "y": list(range(len(CHANNELS))),
         "z": packed(strip),
         "zmin": -SATURATION_SIGMA,

@@ -7,7 +7,7 @@ import pytest
 from plotly import graph_objects as go
 
 from app.pages import fly
-from app.panels.axes import clock, kept_rows, onset_mark, packed, time_axis
+from app.panels.axes import clock, kept_rows, moment, moments, onset_mark, packed, time_axis
 from app.panels.probabilities import leaders, probability_figure
 from app.panels.residuals import COLUMNS, NOISE_SIGMA, binned_sigma, heat_strip
 from app.panels.sensors import cleared, extended, tile_specs, whole
@@ -50,6 +50,13 @@ def test_packed_arrays_are_read_back_by_plotly() -> None:
     assert floats(packed(values)["bdata"]).tolist() == [0, 1, 2, 3, 4, 5]
 
 
+def test_no_flight_time_can_be_taken_for_a_year() -> None:
+    times = np.frombuffer(b64decode(moments(np.arange(0.0, 7200.0, 0.02))["bdata"]))
+    assert times.min() > 9999, "Plotly reads numbers up to 9999 on a date axis as years"
+    assert np.allclose(np.diff(times), 20.0)
+    assert time_axis(300.0)["range"] == [times[0], moment(300.0)]
+
+
 def test_decimation_keeps_a_spike_of_one_sample() -> None:
     time_s = np.arange(100_000) / 50.0
     values = np.zeros(100_000)
@@ -62,7 +69,7 @@ def test_decimation_keeps_a_spike_of_one_sample() -> None:
 def test_only_a_faulted_run_marks_an_onset() -> None:
     assert onset_mark(None) == []
     (mark,) = onset_mark(60.0)
-    assert mark["x0"] == mark["x1"] == 60_000.0
+    assert mark["x0"] == mark["x1"] == moment(60.0)
 
 
 class TestHeatStrip:
@@ -87,7 +94,7 @@ class TestHeatStrip:
             heat_strip(np.arange(9.0), np.ones((9, N_CHANNELS)), duration_s=9.0, onset_s=3.0)
         )
         assert list(figure.layout.yaxis.ticktext) == [channel.label for channel in CHANNELS]
-        assert figure.layout.shapes[0].x0 == 3000.0
+        assert figure.layout.shapes[0].x0 == moment(3.0)
 
     def test_it_is_valid_before_a_flight(self) -> None:
         go.Figure(heat_strip(np.empty(0), np.empty((0, N_CHANNELS)), duration_s=9.0, onset_s=None))

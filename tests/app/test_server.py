@@ -45,9 +45,11 @@ def client(store: RunStore) -> Iterator[httpx.Client]:
 
 def test_pages_that_exist(client: httpx.Client, store: RunStore) -> None:
     run_id = store.create(Plan(), Fault()).id
-    for path in ("/", "/runs", f"/run/{run_id}"):
+    # Not "/" first: the first request of all may come by a shared link.
+    for path in ("/runs", f"/run/{run_id}", "/", "/faults", "/faults/baffle_seal", "/fly/nominal"):
         answer = client.get(path)
         assert answer.status_code == 200, path
+        assert "/assets/style.css" in answer.text, path
         assert "<title>MirrorTwin</title>" in answer.text
 
 
@@ -59,6 +61,10 @@ def test_pages_that_exist(client: httpx.Client, store: RunStore) -> None:
         "/run/../../etc/passwd",
         "/run/<script>alert(1)</script>",
         "/nowhere",
+        "/faults/nonsense",
+        "/faults/<script>alert(1)</script>",
+        "/fly/nonsense",
+        "/fly/",
         "/docs",
         "/redoc",
         "/openapi.json",
