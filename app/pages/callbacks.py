@@ -10,7 +10,7 @@ from dash import ClientsideFunction, Dash, Input, Output, State, ctx, html, no_u
 from dash.exceptions import PreventUpdate
 
 from app.live import UNEXPECTED, Page, Sessions
-from app.pages import faults, fly, library, missing, runs
+from app.pages import fault_page, faults, fly, library, missing, runs
 from app.pages.run_view import RunView, alert
 from app.pages.setup import (
     DEFAULT_FAULT,
@@ -115,7 +115,7 @@ def _page(address: Address, store: RunStore) -> html.Div:
         case "runs":
             return runs.layout(store.records())
         case "faults" if address.mode is not None:
-            return faults.mode_layout(address.mode, take("signs"))
+            return fault_page.mode_layout(address.mode, take("signs"))
         case "faults":
             return faults.catalogue_layout()
         case _:

@@ -7,7 +7,7 @@ from typing import Any
 
 from dash import Dash, Input, Output, dcc, html
 
-from app.pages import faults
+from app.pages import fault_page, faults
 from app.pages.attributes import attributes
 from app.pages.fly import GRAPH_CONFIG
 from app.panels.growth import DASHES, growth_figure
@@ -42,7 +42,7 @@ def register(app: Dash) -> None:
         return faults.hit_list(text, hits), faults.matrix(modes)
 
     @app.callback(
-        Output(faults.SIGNATURE_ID, "children"),
+        Output(fault_page.SIGNATURE_ID, "children"),
         Input("fault-mode", "data"),
         websocket=True,
     )
@@ -75,7 +75,7 @@ def _flown_signature(mode: str) -> list[Any]:
         ]
     strip = heat_strip(growth.time_s, growth.severest, duration_s=PLAN.duration_s, onset_s=ONSET_S)
     return [
-        html.P([faults.flown_words(), _legend()], className="note"),
+        html.P([fault_page.flown_words(), _legend()], className="note"),
         html.Div(
             [
                 html.Figure(

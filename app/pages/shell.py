@@ -21,9 +21,7 @@ RUN_PREFIX = "/run/"
 PAGES: dict[PageKind, tuple[str, str]] = {
     "fly": ("Fly", "/"),
     "runs": ("Runs", "/runs"),
-    "compare": ("Compare", "/compare"),
     "faults": ("Faults", "/faults"),
-    "results": ("Results", "/results"),
 }
 """What the header leads to: name and address."""
 

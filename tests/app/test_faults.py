@@ -7,7 +7,7 @@ import plotly.graph_objects as go
 import pytest
 from dash._utils import to_json
 
-from app.pages import faults
+from app.pages import fault_page, faults
 from app.pages.shell import read_address
 from app.panels.growth import growth_figure
 from app.panels.residuals import NOISE_SIGMA
@@ -33,7 +33,7 @@ def crack() -> Growth:
 
 @pytest.mark.parametrize("mode", catalogue())
 def test_every_mode_has_a_page_that_says_all_that_is_written(mode: str) -> None:
-    page = sent(faults.mode_layout(mode, take("signs")))
+    page = sent(fault_page.mode_layout(mode, take("signs")))
     written = knowledge()[mode]
     steps = [step.text for step in written.chain]
     tells = [item.tell for item in written.look_alikes]
@@ -44,8 +44,8 @@ def test_every_mode_has_a_page_that_says_all_that_is_written(mode: str) -> None:
 
 
 def test_without_the_sign_matrix_a_page_says_which_command_makes_it() -> None:
-    page = sent(faults.mode_layout("baffle_seal", Shelved("signs", None)))
-    assert faults.SIGNS_COMMAND in page
+    page = sent(fault_page.mode_layout("baffle_seal", Shelved("signs", None)))
+    assert fault_page.SIGNS_COMMAND in page
     assert "Twin 0.3" not in page
 
 
