@@ -133,6 +133,22 @@ def test_weights_of_another_card_are_refused(stored):
         load_model(folder, card["name"])
 
 
+@pytest.mark.parametrize("lost", ["classes", "normalisation", "feature_mode", "classifier"])
+def test_a_card_of_another_version_is_a_clear_error(stored, untrained, lost):
+    folder, card = stored
+    foreign = {name: value for name, value in card.items() if name != lost}
+    save_model(folder, foreign, untrained.network.state_dict())
+    with pytest.raises(MirrorTwinError, match=rf"cnn-paired-lab: .*{lost}.*train it again"):
+        load_diagnoser("paired", folder)
+
+
+def test_weights_of_another_shape_are_a_clear_error(stored, untrained):
+    folder, card = stored
+    save_model(folder, card | {"inputs": "states"}, untrained.network.state_dict())
+    with pytest.raises(MirrorTwinError, match=r"cnn-paired-lab: .*train it again"):
+        load_diagnoser("paired", folder)
+
+
 def test_a_card_reads_well():
     text = readable_json({"a": [1, 2.5, -3], "b": [[1, 2], [3, 4]], "c": ["x [1, 2]", "y"]})
     assert json.loads(text) == {"a": [1, 2.5, -3], "b": [[1, 2], [3, 4]], "c": ["x [1, 2]", "y"]}
