@@ -32,6 +32,11 @@ def n_features(inputs: Inputs) -> int:
     return int(rows.stop - rows.start)
 
 
+QUARTILES_PER_SD = 1.349
+"""How many standard deviations lie between the quartiles of a normal distribution."""
+QUARTILE_STRIDE = 50
+"""One sample a second is enough to find the quartiles."""
+
 NOISE_SD = np.array([channel.noise_sd for channel in CHANNELS])
 
 COMPRESSION = 0.1
@@ -115,7 +120,10 @@ class Normalisation:
 
     A residual r is compressed, c = asinh(r / residual_scale); with its mean m over the window it
     becomes ``m / residual_sd + asinh(shape_gain (c - m))``: no centring, so that a residual of
-    exactly zero stays zero. A sensor value x becomes ``(x - sensor_mean) / sensor_sd``.
+    exactly zero stays zero. A sensor value x is treated alike, c = asinh((x - sensor_mean) /
+    sensor_sd) becoming ``m + asinh(sensor_gain (c - m))``; mean and deviation are those of the
+    middle half of the training data, or else a few dead engines would set the scale for all.
+    Without ``sensor_gain``, as on older cards, x becomes ``(x - sensor_mean) / sensor_sd``.
     """
 
     residual_scale: Array
@@ -123,26 +131,25 @@ class Normalisation:
     shape_gain: Array
     sensor_mean: Array
     sensor_sd: Array
+    sensor_gain: Array | None = None
 
     @classmethod
     def fitted(cls, flights: Iterable[tuple[Array32, Array32]], mode: FeatureMode) -> Self:
         """From (residual, sensors) arrays, (n, 23) each, of the training flights."""
-        scale = mode.scale
-        count = 0
-        squares, total, total_squares = np.zeros((3, N_CHANNELS))
+        count, squares = 0, np.zeros(N_CHANNELS)
+        seen = []
         for residual, sensors in flights:
             count += len(residual)
-            squares += np.square(np.arcsinh(residual / scale)).sum(axis=0)
-            total += sensors.sum(axis=0, dtype=np.float64)
-            total_squares += np.square(sensors, dtype=np.float64).sum(axis=0)
-        mean = total / count
-        variance = np.maximum(total_squares / count - np.square(mean), 0.0)
+            squares += np.square(np.arcsinh(residual / mode.scale)).sum(axis=0)
+            seen.append(sensors[::QUARTILE_STRIDE])
+        low, middle, high = np.percentile(np.concatenate(seen), (25, 50, 75), axis=0)
         return cls(
-            residual_scale=scale,
+            residual_scale=mode.scale,
             residual_sd=np.maximum(np.sqrt(squares / count), MIN_RESIDUAL_SD),
             shape_gain=np.full(N_CHANNELS, mode.gain),
-            sensor_mean=mean,
-            sensor_sd=np.maximum(np.sqrt(variance), MIN_SENSOR_SD),
+            sensor_mean=middle,
+            sensor_sd=np.maximum((high - low) / QUARTILES_PER_SD, MIN_SENSOR_SD),
+            sensor_gain=np.full(N_CHANNELS, SHAPE_GAIN),
         )
 
     def features(
@@ -159,14 +166,25 @@ class Normalisation:
             shape = np.arcsinh(self.shape_gain * (compressed - level))
             features[:N_CHANNELS] = (level / self.residual_sd + shape).T
         if inputs != "residuals":
-            features[-N_CHANNELS:] = ((sensors - self.sensor_mean) / self.sensor_sd).T
+            features[-N_CHANNELS:] = self._sensors(sensors).T
         return features
+
+    def _sensors(self, sensors: Array32) -> Array:
+        scaled = (sensors - self.sensor_mean) / self.sensor_sd
+        if self.sensor_gain is None:
+            return scaled
+        compressed: Array = np.arcsinh(scaled)
+        level = compressed.mean(axis=0)
+        shown: Array = level + np.arcsinh(self.sensor_gain * (compressed - level))
+        return shown
 
     def to_dict(self) -> dict[str, list[float]]:
         """Plain JSON-ready values, in channel order; `from_dict` reads them back."""
-        return {name: getattr(self, name).tolist() for name in self.__dataclass_fields__}
+        values = {name: getattr(self, name) for name in self.__dataclass_fields__}
+        return {name: value.tolist() for name, value in values.items() if value is not None}
 
     @classmethod
     def from_dict(cls, values: dict[str, Any]) -> Self:
         """Read what `to_dict` wrote."""
-        return cls(**{name: np.asarray(values[name]) for name in cls.__dataclass_fields__})
+        given = {name: np.asarray(value) for name, value in values.items()}
+        return cls(**{name: given[name] for name in cls.__dataclass_fields__ if name in given})
