@@ -40,15 +40,20 @@ def content_security_policy(script_hashes: Sequence[str]) -> str:
 class SecurityHeaders:
     """Adds the security headers to every response that has not set its own."""
 
-    def __init__(self, app: ASGIApp, policy: str) -> None:
-        """Wrap ``app``; ``policy`` is the Content-Security-Policy."""
+    def __init__(self, app: ASGIApp, policy: str, isolated: bool) -> None:
+        """Wrap ``app``; ``policy`` is the Content-Security-Policy.
+
+        ``isolated`` keeps other sites' windows apart from ours, which browsers heed, and do not
+        complain of, on loopback only: we speak no TLS.
+        """
         self._app = app
         self._headers = {
             "Content-Security-Policy": policy,
             "X-Content-Type-Options": "nosniff",
             "Referrer-Policy": "same-origin",
-            "Cross-Origin-Opener-Policy": "same-origin",
         }
+        if isolated:
+            self._headers["Cross-Origin-Opener-Policy"] = "same-origin"
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass the request on."""

@@ -20,6 +20,7 @@ from fastapi import FastAPI, Request, Response
 from fastapi.responses import HTMLResponse
 from starlette.middleware.trustedhost import TrustedHostMiddleware
 
+from app.access import TokenGate, link, names_of, sandbox_prefix, token_for
 from app.live import Sessions
 from app.pages import callbacks, shell
 from app.recorder import Recorder, warm_up
@@ -30,8 +31,6 @@ from core.errors import InputError, WorkerError
 from core.jobs.engine import Engine
 from core.jobs.store import RunStore, default_root
 from core.paths import ASSETS
-
-LOOPBACK_HOSTS = ("127.0.0.1", "localhost")
 
 # Sets the colours before the first paint, from the choice that Mantine remembers or the system's.
 _SCHEME_SCRIPT = (
@@ -56,8 +55,17 @@ _INDEX = f"""<!DOCTYPE html>
 </html>"""
 
 
-def create_app(engine: Engine, store: RunStore) -> FastAPI:
-    """The whole app around an engine and its store, which the caller keeps and closes."""
+def create_app(
+    engine: Engine,
+    store: RunStore,
+    host: str = "127.0.0.1",
+    port: int = 8050,
+    token: str | None = None,
+) -> FastAPI:
+    """The whole app around an engine and its store, which the caller keeps and closes.
+
+    ``host`` and ``port`` are where it is served; ``token`` is what it asks for, None for nothing.
+    """
     scenes = ViserScenes()
     recordings = Recordings(store)
     recorder = Recorder(engine, store, recordings)
@@ -72,7 +80,8 @@ def create_app(engine: Engine, store: RunStore) -> FastAPI:
 
     server = FastAPI(docs_url=None, redoc_url=None, openapi_url=None, lifespan=lifespan)
     dash = _dash_app(server)
-    services = callbacks.Services(engine, store, Sessions(engine, store, scenes), recorder)
+    sessions = Sessions(engine, store, scenes)
+    services = callbacks.Services(engine, store, sessions, recorder, sandbox_prefix(token))
     callbacks.register(dash, services)
     scenes.mount(server)
     recordings.mount(server)
@@ -82,8 +91,10 @@ def create_app(engine: Engine, store: RunStore) -> FastAPI:
     dash._setup_server()  # type: ignore[no-untyped-call]  # dash
     policy = content_security_policy([*dash.csp_hashes(), _script_hash(_SCHEME_SCRIPT)])
     server.add_middleware(BodyLimit)
-    server.add_middleware(TrustedHostMiddleware, allowed_hosts=list(LOOPBACK_HOSTS))
-    server.add_middleware(SecurityHeaders, policy=policy)
+    if token is not None:
+        server.add_middleware(TokenGate, token=token, port=port)
+    server.add_middleware(TrustedHostMiddleware, allowed_hosts=names_of(host))
+    server.add_middleware(SecurityHeaders, policy=policy, isolated=token is None)
     return server
 
 
@@ -96,10 +107,12 @@ def serve(
     """Serve until told to stop (Ctrl-C or SIGTERM), then leave no process behind.
 
     ``scheduler``: address of a Dask scheduler, None for workers of our own. ``store_root``: folder
-    of the runs, None for the default one. Raises `InputError` for an address that is not this
-    machine's own, `WorkerError` for a port that is taken or a scheduler that does not answer, and
-    `StoreError` for a folder that cannot be read.
+    of the runs, None for the default one. Elsewhere than on loopback it asks for a token, which is
+    part of the link printed. Raises `InputError` for an address that is not this machine's own,
+    `WorkerError` for a port that is taken or a scheduler that does not answer, and `StoreError` for
+    a folder that cannot be read.
     """
+    token = token_for(host)
     listener = _listen(host, port)
     # Uvicorn raises a signal again once it has stopped; this turns it into an orderly exit.
     signal.signal(signal.SIGTERM, _leave)
@@ -108,8 +121,10 @@ def serve(
         try:
             engine = Engine(store, scheduler)
             try:
-                print(f"MirrorTwin is at http://{host}:{port} (Ctrl-C stops it)", file=sys.stderr)
-                _run(create_app(engine, store), listener)
+                print(
+                    f"MirrorTwin is at {link(host, port, token)} (Ctrl-C stops it)", file=sys.stderr
+                )
+                _run(create_app(engine, store, host, port, token), listener)
             finally:
                 engine.close()
         finally:
@@ -161,17 +176,14 @@ def _script_hash(script: str) -> str:
 
 def _listen(host: str, port: int) -> socket.socket:
     """A listening socket; before anything else starts, so that a taken port costs nothing."""
-    if host not in LOOPBACK_HOSTS:
-        raise InputError(
-            "host",
-            f"must be {' or '.join(LOOPBACK_HOSTS)}, got {host!r}: there is no login yet, so "
-            "MirrorTwin serves this machine only; from elsewhere, reach it through an SSH tunnel",
-        )
     if not 1 <= port <= 65535:
         raise InputError("port", f"must lie in 1 to 65535, got {port}")
     try:
         return socket.create_server((host, port), backlog=128)
     except OSError as error:
+        # Python hands on what failed to resolve as an OSError with the resolver's negative number.
+        if error.errno == errno.EADDRNOTAVAIL or (error.errno or 0) < 0:
+            raise InputError("host", f"{host!r} is no address of this machine") from None
         why = "is taken" if error.errno == errno.EADDRINUSE else f"cannot be used: {error.strerror}"
         raise WorkerError(f"port {port} on {host} {why}; choose another with --port") from None
 

@@ -6,6 +6,7 @@ import socket
 import subprocess
 import sys
 import time
+import urllib.error
 import urllib.request
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -60,6 +61,8 @@ class Server:
             try:
                 with urllib.request.urlopen(self.url, timeout=2):
                     return
+            except urllib.error.HTTPError:
+                return  # it asks for a token
             except OSError:
                 time.sleep(0.1)
         self._fail("did not come up")

@@ -8,6 +8,7 @@ EXAMPLES = """\
 examples:
   mirrortwin serve
   mirrortwin serve --port 9000 --store ~/flights
+  mirrortwin serve --host 0.0.0.0                      for other machines, with a token
   mirrortwin serve --scheduler tcp://10.0.0.5:8786     runs fly on that Dask cluster
 """
 
@@ -17,7 +18,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--host",
         default="127.0.0.1",
-        help="address to listen on: 127.0.0.1 (default) or localhost, this machine only",
+        help="address to listen on: 127.0.0.1 (default), this machine only; 0.0.0.0 or one of its "
+        "own addresses, with a token in the link that is printed (or in $MIRRORTWIN_TOKEN)",
     )
     parser.add_argument(
         "--port", type=int, default=8050, help="port to listen on, 1 to 65535 (default 8050)"

@@ -50,6 +50,7 @@ class Services:
     store: RunStore
     sessions: Sessions
     recorder: Recorder
+    sandbox_prefix: str = ""
 
 
 def tell(error: Exception) -> None:
@@ -351,7 +352,7 @@ def _register_scene(app: Dash, services: Services) -> None:
         frame = (
             fly.live_frame(session_id)
             if tab == "live"
-            else fly.replay_frame(run_id, dark=session.dark)
+            else fly.replay_frame(run_id, services.sandbox_prefix, dark=session.dark)
         )
         await asyncio.to_thread(session.scene)
         same = mounted and mounted["props"].get("src") == getattr(frame, "src", None)

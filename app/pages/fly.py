@@ -82,13 +82,19 @@ def live_frame(session_id: str) -> html.Iframe:
     )
 
 
-def replay_frame(run_id: str | None, *, dark: bool) -> html.Iframe | html.P:
-    """The run's recording in the Rerun viewer; sandboxed, so that it has a process of its own."""
+def replay_frame(
+    run_id: str | None, prefix: str = "", *, dark: bool = False
+) -> html.Iframe | html.P:
+    """The run's recording in the Rerun viewer; sandboxed, so that it has a process of its own.
+
+    ``prefix`` is that of the addresses open to a sandbox.
+    """
     if run_id is None:
         return html.P("Fly a run first: its recording opens here.", className="note centred")
-    query = urlencode({"url": f"/recordings/{run_id}.rrd", "theme": "dark" if dark else "light"})
+    recording = f"{prefix}/recordings/{run_id}.rrd"
+    query = urlencode({"url": recording, "theme": "dark" if dark else "light"})
     return html.Iframe(
-        src=f"/rerun/viewer.html?{query}",
+        src=f"{prefix}/rerun/viewer.html?{query}",
         title="Recording of the run in the Rerun viewer",
         sandbox="allow-scripts",
     )

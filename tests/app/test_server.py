@@ -125,7 +125,11 @@ def test_a_taken_port_is_named_in_one_line(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("host", "port", "field"),
-    [("0.0.0.0", 8050, "host"), ("example.com", 8050, "host"), ("127.0.0.1", 70_000, "port")],
+    [
+        ("192.0.2.7", 8050, "host"),
+        ("no.such.host.invalid", 8050, "host"),
+        ("127.0.0.1", 70_000, "port"),
+    ],
 )
 def test_an_address_that_cannot_be_served_is_named(host: str, port: int, field: str) -> None:
     with pytest.raises(InputError) as caught:

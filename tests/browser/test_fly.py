@@ -452,3 +452,32 @@ def test_a_store_that_cannot_be_written_is_told(
     fly.press("retry")
     fly.wait("done")
     expect(fly.page.locator("#alert")).to_be_empty()
+
+
+@pytest.mark.slow
+def test_from_another_machine_the_link_opens_everything(
+    page: Page,
+    new_context: Callable[..., BrowserContext],
+    start_server: Callable[..., Any],
+    monkeypatch: pytest.MonkeyPatch,
+    console_errors: list[str],
+) -> None:
+    monkeypatch.setenv("MIRRORTWIN_TOKEN", "a-token-for-tests-only")
+    server = start_server("--host", "0.0.0.0")
+    printed = server.log.read_text().split()
+    shown = next(word for word in printed if word.startswith("http://"))
+    assert shown.endswith("/?token=a-token-for-tests-only")
+    fly = Fly(page, shown.split("/?")[0])
+    fly.open("/?token=a-token-for-tests-only")
+    assert "token" not in page.url
+    fly.press("run")
+    fly.wait("done")
+    page.locator("#scene-tab").get_by_text("Replay").click()
+    viewer = page.frame_locator("#scene iframe")
+    expect(viewer.locator("canvas").first).to_be_visible(timeout=TIMEOUT_MS)
+    assert console_errors == []
+
+    stranger = new_context().new_page()
+    answer = stranger.goto(page.url)
+    assert answer is not None and answer.status == 401
+    assert "?token=" in stranger.inner_text("body")

@@ -54,7 +54,8 @@ function obey(message) {
 function recordingUrl() {
   const here = new URL(location.href);
   const url = new URL(here.searchParams.get("url") ?? "", here);
-  return url.origin === here.origin && url.pathname.startsWith("/recordings/") ? url : null;
+  const recordings = new URL("../recordings/", here);
+  return url.href.startsWith(recordings.href) ? url : null;
 }
 
 async function exists(url) {

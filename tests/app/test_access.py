@@ -1,0 +1,134 @@
+"""A server that other machines can reach answers only those who bring its token."""
+
+import re
+import socket
+import threading
+import time
+from collections.abc import Iterator
+
+import httpx
+import pytest
+import uvicorn
+from fastapi import FastAPI
+from starlette.routing import Mount, Route, WebSocketRoute
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+
+from app.access import TOKEN_VARIABLE, link, names_of, sandbox_prefix, token_for
+from app.server import create_app
+from core.errors import InputError
+from core.fmea.fault import Fault
+from core.jobs.engine import Engine
+from core.jobs.store import RunStore
+from core.twin.plan import Plan
+
+TOKEN = "a-token-for-tests-only"
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory: pytest.TempPathFactory) -> RunStore:
+    return RunStore(tmp_path_factory.mktemp("store"))
+
+
+@pytest.fixture(scope="module")
+def served(store: RunStore) -> Iterator[tuple[FastAPI, str]]:
+    """The app behind its token, and its address."""
+    engine = Engine(store, n_workers=1)
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        port = listener.getsockname()[1]
+        app = create_app(engine, store, "0.0.0.0", port, TOKEN)
+        server = uvicorn.Server(uvicorn.Config(app, log_level="error"))
+        thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
+        thread.start()
+        while not server.started:
+            time.sleep(0.01)
+        yield app, f"http://127.0.0.1:{port}"
+        server.should_exit = True
+        thread.join()
+    engine.close()
+
+
+def paths(app: FastAPI, kind: type) -> list[str]:
+    """Every path of that kind of route, with something in the place of each parameter."""
+    found = [route.path for route in app.routes if isinstance(route, kind)]
+    return [re.sub(r"{[^}]*}", "x", path) for path in found]
+
+
+def test_no_route_answers_without_the_token(served: tuple[FastAPI, str]) -> None:
+    app, address = served
+    routes = [*paths(app, Route), *(path + "/x" for path in paths(app, Mount))]
+    assert len(routes) > 10
+    guesses = [{}, {"token": "wrong"}, {"token": ""}]
+    with httpx.Client(base_url=address, cookies={"mirrortwin-80": TOKEN}) as client:
+        for path in [*routes, "/run/x", "/assets/style.css", "/sandbox/x/rerun/viewer.html"]:
+            for method in ("GET", "POST", "HEAD"):
+                for guess in guesses:
+                    answer = client.request(method, path, params=guess)
+                    assert answer.status_code == 401, f"{method} {path} {guess}"
+                    assert TOKEN not in answer.text
+
+
+def test_no_socket_opens_without_the_token(served: tuple[FastAPI, str]) -> None:
+    app, address = served
+    sockets = paths(app, WebSocketRoute)
+    assert len(sockets) >= 2
+    for path in sockets:
+        with pytest.raises(InvalidStatus) as caught:
+            connect(address.replace("http", "ws") + path, origin=address)
+        assert caught.value.response.status_code == 403, path
+
+
+def test_the_link_opens_it_once_and_for_all(served: tuple[FastAPI, str]) -> None:
+    _, address = served
+    with httpx.Client(base_url=address) as client:
+        first = client.get("/runs", params={"sort": "new", "token": TOKEN})
+        assert first.status_code == 303
+        assert first.headers["location"] == "/runs?sort=new"
+        cookie = first.headers["set-cookie"].lower()
+        assert "httponly" in cookie and "samesite=strict" in cookie
+        assert client.get("/runs").status_code == 200
+    with httpx.Client(base_url=address) as client:
+        away = client.get(f"{address}//evil.example/x", params={"token": TOKEN})
+        assert away.headers["location"] == "/evil.example/x"
+
+
+def test_the_sandbox_may_read_recordings_and_nothing_else(
+    served: tuple[FastAPI, str], store: RunStore
+) -> None:
+    _, address = served
+    prefix = sandbox_prefix(TOKEN)
+    run_id = store.create(Plan(), Fault()).id
+    with httpx.Client(base_url=address) as client:
+        # With the token, as the frame itself is asked for, and without, as what it loads.
+        client.get("/", params={"token": TOKEN})
+        assert client.get(f"{prefix}/rerun/viewer.html").status_code == 200
+        client.cookies.clear()
+        assert client.get(f"{prefix}/rerun/viewer.html").status_code == 200
+        # Not stored yet, but it was looked for.
+        assert client.get(f"{prefix}/recordings/{run_id}.rrd").status_code == 404
+        for path in ("/", "/runs", f"/run/{run_id}", "/recordings", "/_dash-layout"):
+            assert client.get(prefix + path).status_code == 401, path
+    assert TOKEN not in prefix
+
+
+def test_hosts_that_are_not_this_machine_are_refused_all_the_same(
+    served: tuple[FastAPI, str],
+) -> None:
+    _, address = served
+    answer = httpx.get(address, params={"token": TOKEN}, headers={"Host": "evil.example"})
+    assert answer.status_code == 400
+
+
+def test_loopback_needs_no_token_and_everything_else_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(TOKEN_VARIABLE, raising=False)
+    assert token_for("127.0.0.1") is None
+    assert link("127.0.0.1", 8050, None) == "http://127.0.0.1:8050"
+    one, another = token_for("0.0.0.0"), token_for("0.0.0.0")
+    assert one is not None and len(one) >= 32 and one != another
+    assert link("10.0.0.5", 80, "a b") == "http://10.0.0.5:80/?token=a+b"
+    assert "10.0.0.5" in names_of("10.0.0.5")
+    monkeypatch.setenv(TOKEN_VARIABLE, "short")
+    with pytest.raises(InputError, match="16"):
+        token_for("0.0.0.0")
+    monkeypatch.setenv(TOKEN_VARIABLE, TOKEN)
+    assert token_for("0.0.0.0") == TOKEN
