@@ -20,6 +20,7 @@ from fastapi import FastAPI, Request, Response
 from fastapi.responses import HTMLResponse
 from starlette.middleware.trustedhost import TrustedHostMiddleware
 
+from app import result_files
 from app.access import TokenGate, link, names_of, sandbox_prefix, token_for
 from app.live import Sessions
 from app.pages import callbacks, shell
@@ -85,6 +86,7 @@ def create_app(
     callbacks.register(dash, services)
     scenes.mount(server)
     recordings.mount(server)
+    result_files.mount(server)
     _mount_pages(server, dash, store)
     # Dash does this on the first request to a path of its own; the first one may name a page of
     # ours, which would come without its scripts and styles.

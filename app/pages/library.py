@@ -7,9 +7,10 @@ from typing import Any
 
 from dash import Dash, Input, Output, dcc, html
 
-from app.pages import fault_page, faults
+from app.pages import fault_page, faults, results
 from app.pages.attributes import attributes
 from app.pages.fly import GRAPH_CONFIG
+from app.pages.shell import Address
 from app.panels.growth import DASHES, growth_figure
 from app.panels.residuals import NOISE_SIGMA, heat_strip
 from core.channels import CHANNELS, unit_label
@@ -22,6 +23,11 @@ SHOWN_CHANNELS = 6
 
 _one_at_a_time = Lock()
 """A signature takes a second of one core: visitors of several pages wait for one another."""
+
+
+def layout(address: Address) -> html.Div:
+    """The page at an address of one of these kinds."""
+    return results.layout(address.result)
 
 
 def register(app: Dash) -> None:

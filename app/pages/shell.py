@@ -9,6 +9,7 @@ from dash import dcc, html
 from app import theme
 from app.live import new_session_id
 from app.pages.attributes import attributes
+from app.pages.exhibits import EXHIBITS
 from core.errors import StoreError
 from core.fmea.catalogue import catalogue
 from core.jobs.records import valid_run_id
@@ -22,6 +23,7 @@ PAGES: dict[PageKind, tuple[str, str]] = {
     "fly": ("Fly", "/"),
     "runs": ("Runs", "/runs"),
     "faults": ("Faults", "/faults"),
+    "results": ("Results", "/results"),
 }
 """What the header leads to: name and address."""
 
@@ -47,6 +49,8 @@ class Address:
         name = PAGES[self.kind][0] if self.kind in PAGES else "Nothing here"
         if self.mode is not None:
             name = f"{catalogue()[self.mode].name}, {name}"
+        if self.result is not None:
+            name = f"{EXHIBITS[self.result].title}, {name}"
         return f"{name} · MirrorTwin"
 
 
@@ -68,6 +72,8 @@ def read_address(path: str, store: RunStore) -> Address:
     match head:
         case "fly" | "faults" if name or head == "faults":
             return _mode_address("fly" if head == "fly" else "faults", name)
+        case "results" if not name or name in EXHIBITS:
+            return Address("results", result=name or None)
         case _:
             return Address("missing", problem=f"There is no page at {path[:80]}.")
 

@@ -47,3 +47,16 @@ def take(name: str, folder: Path = SHELF) -> Shelved:
         picture=(folder / f"{name}.png").is_file(),
         page=(folder / f"{name}.html").is_file(),
     )
+
+
+def model_cards(folder: Path = MODELS) -> list[dict[str, Any]]:
+    """The cards of the classifiers shipped in ``folder``, by name; damaged ones are left out."""
+    cards = []
+    for path in sorted(folder.glob("*.json")):
+        try:
+            card = read_json(path)
+        except StoreError:
+            continue
+        if "test_windows" in card.get("scores", {}):
+            cards.append(card)
+    return cards

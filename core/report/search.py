@@ -12,6 +12,7 @@ from functools import cache
 from threading import Lock
 
 from core.fmea.knowledge import ModeKnowledge, knowledge
+from core.report.lexicon import lexicon
 
 _WORD = re.compile(r"\w+")
 _lock = Lock()
@@ -31,7 +32,10 @@ def search(query: str, limit: int = 8) -> list[Hit]:
 
     Any text is a valid query: nothing in it is an operator.
     """
-    words = [_corrected(word) for word in _WORD.findall(query.casefold())]
+    asked = _WORD.findall(query.casefold())
+    # "On" and "the" are everywhere, and would outweigh the one word that matters.
+    telling = [word for word in asked if word not in lexicon().plain] or asked
+    words = [_corrected(word) for word in telling]
     if not words:
         return []
     match = " OR ".join(f'"{word}"' for word in words)

@@ -46,7 +46,8 @@ def client(store: RunStore) -> Iterator[httpx.Client]:
 def test_pages_that_exist(client: httpx.Client, store: RunStore) -> None:
     run_id = store.create(Plan(), Fault()).id
     # Not "/" first: the first request of all may come by a shared link.
-    for path in ("/runs", f"/run/{run_id}", "/", "/faults", "/faults/baffle_seal", "/fly/nominal"):
+    others = ("/faults", "/faults/baffle_seal", "/fly/nominal", "/results", "/results/table1")
+    for path in ("/runs", f"/run/{run_id}", "/", *others):
         answer = client.get(path)
         assert answer.status_code == 200, path
         assert "/assets/style.css" in answer.text, path
@@ -65,6 +66,10 @@ def test_pages_that_exist(client: httpx.Client, store: RunStore) -> None:
         "/faults/<script>alert(1)</script>",
         "/fly/nonsense",
         "/fly/",
+        "/results/nonsense",
+        "/results/files/nonsense.png",
+        "/results/files/../../pyproject.toml",
+        "/results/files/%2e%2e%2f%2e%2e%2fpyproject.toml",
         "/docs",
         "/redoc",
         "/openapi.json",
@@ -112,6 +117,15 @@ def test_answers_carry_a_policy_without_inline_scripts(client: httpx.Client) -> 
     assert policy["default-src"] == "'none'"
     assert "unsafe" not in policy["script-src"]
     assert headers["x-content-type-options"] == "nosniff"
+
+
+def test_interactive_figures_come_in_a_sandbox_without_a_network(client: httpx.Client) -> None:
+    answer = client.get("/results/files/fig6.html")
+    assert answer.status_code == 200
+    policy = answer.headers["content-security-policy"]
+    assert policy.startswith("sandbox allow-scripts; default-src 'none'")
+    assert "connect-src" not in policy
+    assert client.get("/results/files/fig6.png").headers["content-type"] == "image/png"
 
 
 def test_a_taken_port_is_named_in_one_line(tmp_path: Path) -> None:

@@ -1,0 +1,84 @@
+"""A shipped model on the page *Results*: how good it is, and what it takes for what."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from dash import dcc, html
+
+from app.pages.faults import fault_path
+from app.pages.fly import GRAPH_CONFIG
+from app.pages.words import mode_name
+from app.panels.scores import confusion_figure
+
+Row = Mapping[str, Any]
+
+
+def card_line(card: Row) -> str:
+    """How good a shipped model is, in one line."""
+    scores = card["scores"]
+    return (
+        f"right on {100 * scores['test_runs']['accuracy']:.1f} % of "
+        f"{scores['test_runs']['n']:,} test flights and "
+        f"{100 * scores['test_windows']['accuracy']:.1f} % of their windows ({card['name']})"
+    )
+
+
+def model_parts(card: Row) -> list[Any]:
+    """Who is taken for whom, as a matrix and as a list."""
+    line = card_line(card)
+    scores = card["scores"]["test_windows"]
+    names = [mode_name(mode) for mode in card["classes"]]
+    figure = confusion_figure(names, scores["confusion"])
+    return [
+        html.P(f"{line[:1].upper()}{line[1:]}.", className="headline"),
+        html.H2(f"Windows of 30 s, {scores['n']:,} of them"),
+        html.Div(
+            dcc.Graph(
+                figure=figure, config=GRAPH_CONFIG, responsive=True,
+                style={"height": figure["layout"]["height"]},
+            ),
+            className="confusion",
+        ),
+        *_confusions(card["classes"], scores["confusion"]),
+    ]  # fmt: skip
+
+
+def _confusions(classes: Sequence[str], counts: Sequence[Sequence[int]]) -> list[Any]:
+    """The mistakes in words, most frequent first, each with what tells the two apart."""
+    mistakes = sorted(
+        (
+            (count, classes[i], classes[j], sum(row))
+            for i, row in enumerate(counts)
+            for j, count in enumerate(row)
+            if i != j and count
+        ),
+        reverse=True,
+    )
+    if not mistakes:
+        return [html.P("No window was taken for another class.")]
+    heads = {"Windows": "number", "Injected": "", "Taken for": "", "Share of its class": "number"}
+    rows = [
+        html.Tr(
+            [
+                html.Td(str(count), className="number"),
+                html.Td(dcc.Link(mode_name(true), href=fault_path(true))),
+                html.Td(dcc.Link(mode_name(said), href=fault_path(said))),
+                html.Td(f"{100 * count / total:.1f} %", className="number"),
+            ]
+        )
+        for count, true, said, total in mistakes
+    ]
+    return [
+        html.H2("What is taken for what"),
+        html.Table(
+            [
+                html.Thead(
+                    html.Tr(
+                        [html.Th(head, scope="col", className=side) for head, side in heads.items()]
+                    )
+                ),
+                html.Tbody(rows),
+            ],
+            className="plain mistakes",
+        ),
+    ]

@@ -1,0 +1,107 @@
+"""The page Results: every exhibit shows what is there, and teaches where nothing is."""
+
+import json
+from pathlib import Path
+
+import plotly.graph_objects as go
+import pytest
+from dash._utils import to_json
+
+from app.cli.experiment import EXPERIMENTS
+from app.pages import results
+from app.pages.exhibits import EXHIBITS, MEASURES, Exhibit
+from app.panels.scores import beside_paper, confusion_figure
+from core.experiments.paper import paper_tables
+from core.experiments.shelf import model_cards, take
+
+
+def sent(component: object) -> str:
+    """What goes to the browser, as readable JSON."""
+    return json.dumps(json.loads(to_json(component)), ensure_ascii=False, separators=(",", ":"))
+
+
+@pytest.fixture
+def shelf(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder of results of the test's own."""
+    monkeypatch.setattr(results, "take", lambda name: take(name, tmp_path))
+    return tmp_path
+
+
+def write(folder: Path, name: str, **content: object) -> None:
+    (folder / f"{name}.json").write_text(json.dumps(content))
+
+
+@pytest.mark.parametrize("name", [None, *EXHIBITS])
+def test_every_page_is_laid_out_from_the_shipped_results(name: str | None) -> None:
+    page = sent(results.layout(name))
+    assert "written by another version" not in page
+    assert "NaN" not in page
+
+
+@pytest.mark.parametrize("name", EXHIBITS)
+def test_without_results_a_page_says_which_command_makes_them(name: str, shelf: Path) -> None:
+    exhibit = EXHIBITS[name]
+    if exhibit.kind != "model":
+        assert exhibit.command in sent(results.layout(name))
+    assert all(item.command in sent(results.layout(None)) for item in map(EXHIBITS.get, ["table1"]))
+
+
+@pytest.mark.parametrize("exhibit", EXHIBITS.values(), ids=EXHIBITS)
+def test_every_command_exists(exhibit: Exhibit) -> None:
+    words = exhibit.command.split()
+    assert words == ["mirrortwin", "train"] or words[2] in EXPERIMENTS
+
+
+def test_the_papers_scores_stand_where_ours_are_missing(shelf: Path) -> None:
+    page = sent(results.layout("table1"))
+    assert f"{paper_tables()['table1'][0]['macro_f1']:.3f}" in page
+    assert '"ours"' not in page
+
+
+def test_a_half_filled_table_shows_what_is_there(shelf: Path) -> None:
+    rows = [
+        {"scheme": "A", "macro_f1": 0.91234, "macro_f1_sd": 0.004, "paper_macro_f1": 0.961},
+        {"scheme": "B", "macro_f1": None, "macro_f1_sd": None, "paper_macro_f1": 0.915},
+    ]
+    write(shelf, "table1-lab", rows=rows, settings={"conditions": "lab"})
+    page = sent(results.layout("table1"))
+    assert "0.912 ± 0.004" in page
+    assert "0.961" in page
+    assert "1 of 2 rows not run yet" in page
+    assert "0.912" in sent(results.layout(None))
+
+
+@pytest.mark.parametrize("text", ["{", "[]", '{"rows": [{}]}', '{"rows": 3}', "{}"])
+@pytest.mark.parametrize("name", ["table1-lab", "fig6", "signs", "speed"])
+def test_damaged_results_are_told_and_nothing_breaks(text: str, name: str, shelf: Path) -> None:
+    (shelf / f"{name}.json").write_text(text)
+    results.layout(None)
+    page = sent(results.layout(name.removesuffix("-lab")))
+    assert "Traceback" not in page
+
+
+def test_measures_of_table_6_stand_beside_the_papers(shelf: Path) -> None:
+    paper = {"ccc": 0.95, "sec": 0.973, "dc": 0.976, "hr": 0.054}
+    row = {"writer": "with_fmea", "grounded": True, "ccc": 0.9, "sec": 0.8, "dc": 1.0, "hr": 0.0}
+    write(shelf, "table6", rows=[{**row, "sd": dict.fromkeys(paper, 0.01), "paper": paper}])
+    page = sent(results.layout("table6"))
+    assert "With fmea, grounded" in page
+    assert "0.900 ± 0.010" in page
+    assert "0.973" in page
+    assert all(name in MEASURES for name in paper)
+
+
+def test_scores_and_confusions_are_valid_figures() -> None:
+    rows = [
+        {"scheme": "A", "macro_f1": 0.9, "paper_macro_f1": 0.96},
+        {"scheme": "B", "macro_f1": None, "paper_macro_f1": 0.91},
+    ]
+    figure = go.Figure(beside_paper(rows, "macro_f1", "Macro-F1"))
+    assert list(figure.data[2].x) == [0.9, None]
+    (card, *_) = model_cards()
+    counts = card["scores"]["test_windows"]["confusion"]
+    matrix = go.Figure(confusion_figure(card["classes"], counts))
+    right, wrong = matrix.data
+    assert sum(value is not None for row in right.z for value in row) == len(counts)
+    mistakes = sum(1 for i, row in enumerate(counts) for j, n in enumerate(row) if n and i != j)
+    assert sum(value is not None for row in wrong.z for value in row) == mistakes
