@@ -127,6 +127,12 @@ class Session:
         scene.dark = self.dark
         return scene
 
+    def seek(self, time_s: float | None) -> None:
+        """Put both aircraft of the 3D scene where they were then; None: where they are now."""
+        scene = self.scenes.find(self.id)
+        if scene is not None:
+            scene.seek(time_s)
+
     async def attend(self, page: Page) -> None:
         """Serve the page until it is gone, taking over from an earlier socket of this session."""
         if self._attendant is not None:

@@ -107,7 +107,7 @@
         hooks: {
           draw: [(plot) => this.drawLimits(plot), drawOnset],
           setSelect: [zoomToSelection],
-          setCursor: [() => this.readAt(this.sensor.cursor.idx)],
+          setCursor: [() => this.readAt(this.sensor.cursor.idx), () => this.announceCursor()],
         },
       };
     }
@@ -150,7 +150,7 @@
       this.readAt(null);
     }
 
-    // The value under the cursor with its time, or the latest one.
+    // The value under the cursor, or the latest one.
     readAt(at) {
       const [time, mirror, faulted] = this.sensor.data;
       const shown = at === null || at === undefined ? this.latest : at;
@@ -160,9 +160,21 @@
       }
       const { decimals } = this.spec;
       const difference = faulted[shown] - mirror[shown];
-      const when = shown === at ? `${clock(time[shown])}  ` : "";
       this.readout.textContent =
-        `${when}${number(faulted[shown], decimals)}  Δ ${signed(difference, decimals)}`;
+        `${number(faulted[shown], decimals)}  Δ ${signed(difference, decimals)}`;
+    }
+
+    // The one that the pointer is over speaks for all.
+    announceCursor() {
+      if (movingCursor || !this.sensor.over.matches(":hover")) return;
+      const { left } = this.sensor.cursor;
+      const time_s = left >= 0 ? this.sensor.posToVal(left, "x") : null;
+      document.dispatchEvent(new CustomEvent("tilescursor", { detail: time_s }));
+    }
+
+    moveCursor(time_s) {
+      const left = time_s === null ? -10 : this.sensor.valToPos(time_s, "x");
+      for (const plot of [this.sensor, this.residual]) plot.setCursor({ left, top: 1 }, true, false);
     }
 
     drawLimits(plot) {
@@ -318,6 +330,22 @@
     );
   }
 
+  let movingCursor = false;
+
+  function moveCursor(time_s) {
+    const span = zoom || { min: 0, max: flight.duration_s };
+    if (time_s !== null && (time_s < span.min || time_s > span.max)) zoomTo(null);
+    movingCursor = true;
+    for (const tile of tiles) if (tile.inView) tile.moveCursor(time_s);
+    movingCursor = false;
+  }
+
+  // The latest time that there is something to see of.
+  function flownUntil() {
+    const [time] = flight.channels[0] || [[]];
+    return time.length ? time[time.length - 1] : 0;
+  }
+
   // Draws a message and returns how much of which flight the page now holds.
   function showFlight(message, specs) {
     if (!message || !specs || !document.getElementById("tile-0")) return { key: null, count: 0 };
@@ -347,5 +375,5 @@
   });
 
   window.dash_clientside = window.dash_clientside || {};
-  window.dash_clientside.tiles = { showFlight };
+  window.dash_clientside.tiles = { showFlight, moveCursor, flownUntil, clock };
 })();

@@ -10,7 +10,7 @@ from dash import ClientsideFunction, Dash, Input, Output, State, ctx, html, no_u
 from dash.exceptions import PreventUpdate
 
 from app.live import UNEXPECTED, Page, Sessions
-from app.pages import fault_page, faults, fly, library, missing, runs
+from app.pages import fault_page, faults, fly, library, missing, playback, runs
 from app.pages.run_view import RunView, alert
 from app.pages.setup import (
     DEFAULT_FAULT,
@@ -67,6 +67,9 @@ def register(app: Dash, services: Services) -> None:
     _register_diagnosis(app, services)
     _register_form(app)
     _register_scene(app, services)
+    playback.register(
+        app, lambda session_id, time_s: services.sessions.get(session_id).seek(time_s)
+    )
     library.register(app)
 
 

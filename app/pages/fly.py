@@ -9,6 +9,7 @@ import numpy as np
 from dash import dcc, html
 
 from app.pages.attributes import attributes
+from app.pages.playback import playback_bar
 from app.pages.setup import DEFAULT_FAULT, DEFAULT_PLAN, setup_panel
 from app.panels.probabilities import probability_figure
 from app.panels.residuals import heat_strip
@@ -167,6 +168,7 @@ def _scene_panel() -> html.Section:
                 className="panel-head",
             ),
             html.Div(id="scene", className="scene"),
+            playback_bar(),
         ],
         className="panel",
         **attributes(aria_label="Flight path in 3D"),

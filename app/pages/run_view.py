@@ -114,7 +114,11 @@ class RunView:
         if self._windows:
             del figures[fly.PROBABILITIES_ID]
         updates = [Update(graph, "figure", figure) for graph, figure in figures.items()]
-        updates.append(Update(fly.RESIDUAL_SWITCH_ID, "value", "paired"))
+        updates += [
+            Update(fly.RESIDUAL_SWITCH_ID, "value", "paired"),
+            Update("scrub", "max", self.duration_s),
+            Update("scrub", "marks", [] if self.onset_s is None else [{"value": self.onset_s}]),
+        ]
         return updates if self._samples else [Update("flight", "data", self._tiles), *updates]
 
     def changes(self, batch: Sequence[events.Event]) -> list[Update]:

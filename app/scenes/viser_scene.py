@@ -111,12 +111,15 @@ class ViserScene:
             with self._server.atomic():
                 self._draw_flights()
 
-    def seek(self, time_s: float) -> None:
-        """Put both aircraft where they were at ``time_s``; nothing to do in an empty scene."""
+    def seek(self, time_s: float | None) -> None:
+        """Put both aircraft where they were at ``time_s``, or, if None, where they last were.
+
+        Nothing to do in an empty scene.
+        """
         with self._lock:
             if self._faulted is not None and self._mirror is not None:
                 with self._server.atomic():
-                    self._place(time_s)
+                    self._place(float(self._mirror.time_s[-1]) if time_s is None else time_s)
 
     def stop(self) -> None:
         """Stop the viser server and disconnect its pages. Blocks for up to a second."""

@@ -2,6 +2,7 @@
 
 import io
 import os
+import re
 import signal
 import subprocess
 import time
@@ -268,6 +269,41 @@ def test_residuals_can_be_taken_against_the_surrogate(fly: Fly, console_errors: 
     switch.get_by_text("Mirror").click()
     expect(fly.page.locator("#ranking")).to_have_text(mirror, timeout=TIMEOUT_MS)
     assert fly.page.locator("#alert").inner_text() == ""
+    assert console_errors == []
+
+
+def test_one_cursor_serves_all_charts_and_the_aircraft(fly: Fly, console_errors: list[str]) -> None:
+    fly.open()
+    fly.press("run")
+    fly.wait("done")
+    time.sleep(2)
+    readouts = [fly.text(f"readout-{index}") for index in (9, 13)]
+    latest = fly.picture("#scene")
+    plot = fly.page.locator("#tile-9 .u-over").first
+    box = plot.bounding_box()
+    assert box is not None
+    # One sixth of 300 s is before the onset: nothing differs there.
+    fly.page.mouse.move(box["x"] + box["width"] / 6, box["y"] + box["height"] / 2)
+    expect(fly.page.locator("#scrub-time")).to_have_text(re.compile("00:(49|50|51)"))
+    assert fly.text("readout-9") != readouts[0] and "Δ +0" in fly.text("readout-9")
+    assert fly.text("readout-13") != readouts[1]
+    expect(fly.page.locator("#probabilities .cursor-line")).to_be_visible()
+    expect(fly.page.locator("#residual-strip .cursor-line")).to_be_visible()
+    time.sleep(2)
+    assert (np.abs(fly.picture("#scene") - latest).max(axis=2) > 24).mean() > 0.002
+
+    fly.page.locator("#scrub [role=slider]").focus()
+    fly.page.keyboard.press("End")
+    expect(fly.page.locator("#scrub-time")).to_have_text("05:00")
+    fly.page.keyboard.press("Home")
+    expect(fly.page.locator("#scrub-time")).to_have_text("00:00")
+    fly.page.locator("#play-speed").get_by_text("×60").click()
+    fly.press("play")
+    expect(fly.page.locator("#play")).to_have_attribute("aria-label", "Pause")
+    expect(fly.page.locator("#play")).to_have_attribute(
+        "aria-label", "Play the flight", timeout=TIMEOUT_MS
+    )
+    expect(fly.page.locator("#scrub-time")).to_have_text("05:00")
     assert console_errors == []
 
 

@@ -1,0 +1,81 @@
+"""The time cursor and its playback: one moment of the flight for every chart and 3D view.
+
+``assets/cursor.js`` does all of it in the browser but for the aircraft of the live view.
+"""
+
+import asyncio
+from collections.abc import Callable
+from typing import Any
+
+import dash_mantine_components as dmc
+from dash import ClientsideFunction, Dash, Input, Output, State, dcc, html
+
+from app.pages.attributes import attributes
+from app.panels.axes import clock
+
+SPEEDS = (1, 10, 60)
+"""How many seconds of the flight pass in one, to choose from."""
+
+CHARTS = ("probabilities", "residual-strip")
+
+
+def playback_bar() -> html.Div:
+    """Play, speed, and the slider that holds the cursor."""
+    return html.Div(
+        [
+            html.Button("▶", id="play", type="button", **attributes(aria_label="Play the flight")),
+            dmc.SegmentedControl(
+                id="play-speed",
+                data=[{"value": str(speed), "label": f"×{speed}"} for speed in SPEEDS],
+                value="10",
+                size="xs",
+                **attributes(aria_label="Speed of play"),
+            ),
+            dmc.Slider(
+                id="scrub",
+                value=0,
+                min=0,
+                max=300,
+                step=1,
+                label=None,
+                size="sm",
+                updatemode="drag",
+                thumbLabel="Time in the flight, in seconds",
+                className="scrub",
+            ),
+            html.Output(clock(0.0), id="scrub-time", className="mono"),
+            dcc.Store(id="cursor", data=None),
+        ],
+        className="playback",
+        role="group",
+        **attributes(aria_label="Playback"),
+    )
+
+
+def register(app: Dash, seek: Callable[[str, float | None], None]) -> None:
+    """Attach the cursor's callbacks to ``app``.
+
+    ``seek`` puts the aircraft of a session's live view where they were at a time, in seconds, or,
+    for None, where they are.
+    """
+
+    @app.callback(
+        Input("cursor", "data"),
+        State("session", "data"),
+        websocket=True,
+        prevent_initial_call=True,
+    )
+    async def follow_cursor(time_s: float | None, session_id: str) -> None:
+        """Move the aircraft of the live view with the cursor."""
+        await asyncio.to_thread(seek, session_id, time_s)
+
+    in_browser: list[tuple[str, tuple[Any, ...]]] = [
+        ("scrub", (Input("scrub", "value"),)),
+        ("setSpeed", (Input("play-speed", "value"),)),
+        ("label", (Output("scrub-time", "children"), Input("scrub", "value"))),
+        *(("point", (Input(chart, "hoverData"),)) for chart in CHARTS),
+    ]
+    for name, dependencies in in_browser:
+        app.clientside_callback(  # type: ignore[no-untyped-call]  # dash types callback alone
+            ClientsideFunction("cursor", name), *dependencies
+        )
