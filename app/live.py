@@ -18,7 +18,8 @@ from dash.backends.ws import DashWebsocketCallback
 from dash.exceptions import WebsocketDisconnected
 
 from app.frames import FRAME_S, frames, joined
-from app.pages.run_view import RunView, Update, alert, idle, reported
+from app.pages.report_writing import ReportDesk
+from app.pages.run_view import RunView, Update, alert, idle, reported, watched
 from app.scenes.viser_proxy import ViserScenes
 from app.scenes.viser_scene import ViserScene
 from core.errors import InputError, MirrorTwinError
@@ -91,6 +92,7 @@ class Session:
     engine: Engine
     store: RunStore
     scenes: ViserScenes
+    desk: ReportDesk
     run_id: str | None = None
     dark: bool = False
     _is_clear: bool = True
@@ -207,24 +209,38 @@ class Session:
             subscription.close()
         if events.Finished in seen:
             await self._show_whole(page, view, with_result=events.Diagnosed not in seen)
+            await self._show_writing(page, run_id)
 
     async def _show_whole(self, page: Page, view: RunView, *, with_result: bool) -> None:
         """The finished run at full rate, from the store."""
         run_id = view.record.id
         if with_result:
             diagnosis, report = await asyncio.to_thread(self.store.load_result, run_id)
-            await page.send([*view.diagnosed(diagnosis), *reported(report)])
+            await page.send([*view.diagnosed(diagnosis), *reported(run_id, report)])
         pair = await asyncio.to_thread(self.store.load_pair, run_id)
         await page.send(await asyncio.to_thread(view.whole, pair))
         await asyncio.to_thread(self.scene().show, pair, view.onset_s)
+
+    async def _show_writing(self, page: Page, run_id: str) -> None:
+        """Reports written anew and answers to questions, for as long as the run is shown."""
+        _, stored = await asyncio.to_thread(self.store.load_result, run_id)
+        async for job in self.desk.watch(run_id, HEARTBEAT_S):
+            if job is None:
+                await page.send(())
+                continue
+            await page.send(await asyncio.to_thread(watched, job, stored))
+            if job.over and job.question is None:
+                stored = job.outcome or stored
 
 
 class Sessions:
     """The page loads that this server knows."""
 
-    def __init__(self, engine: Engine, store: RunStore, scenes: ViserScenes) -> None:
+    def __init__(
+        self, engine: Engine, store: RunStore, scenes: ViserScenes, desk: ReportDesk
+    ) -> None:
         """Start with none."""
-        self._engine, self._store, self._scenes = engine, store, scenes
+        self._engine, self._store, self._scenes, self._desk = engine, store, scenes, desk
         self._sessions: dict[str, Session] = {}
 
     def get(self, session_id: str) -> Session:
@@ -236,7 +252,7 @@ class Sessions:
             raise InputError("session", "is not one that this server gives")
         if session_id not in self._sessions:
             self._sessions[session_id] = Session(
-                session_id, self._engine, self._store, self._scenes
+                session_id, self._engine, self._store, self._scenes, self._desk
             )
         return self._sessions[session_id]
 

@@ -24,6 +24,8 @@ from app import result_files
 from app.access import TokenGate, link, names_of, sandbox_prefix, token_for
 from app.live import Sessions
 from app.pages import callbacks, shell
+from app.pages.report_files import mount as mount_reports
+from app.pages.report_writing import ReportDesk
 from app.recorder import Recorder, warm_up
 from app.scenes.recordings import Recordings
 from app.scenes.viser_proxy import ViserScenes
@@ -70,6 +72,7 @@ def create_app(
     scenes = ViserScenes()
     recordings = Recordings(store)
     recorder = Recorder(engine, store, recordings)
+    desk = ReportDesk(store)
 
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
@@ -77,15 +80,18 @@ def create_app(
         yield
         await warming
         await recorder.close()
+        desk.close()
         scenes.close_all()
 
     server = FastAPI(docs_url=None, redoc_url=None, openapi_url=None, lifespan=lifespan)
     dash = _dash_app(server)
-    sessions = Sessions(engine, store, scenes)
-    services = callbacks.Services(engine, store, sessions, recorder, sandbox_prefix(token))
+    sessions = Sessions(engine, store, scenes, desk)
+    sandbox = sandbox_prefix(token)
+    services = callbacks.Services(engine, store, sessions, recorder, desk, sandbox)
     callbacks.register(dash, services)
     scenes.mount(server)
     recordings.mount(server)
+    mount_reports(server, store)
     result_files.mount(server)
     _mount_pages(server, dash, store)
     # Dash does this on the first request to a path of its own; the first one may name a page of

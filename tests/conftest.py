@@ -99,6 +99,20 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
     running.stop()
 
 
+@pytest.fixture(scope="module")
+def start_one_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[], Server]]:
+    """Start servers for all tests of a module, in the environment of the moment."""
+    started: list[Server] = []
+
+    def start() -> Server:
+        started.append(_start(tmp_path_factory.mktemp("server")))
+        return started[-1]
+
+    yield start
+    for running in started:
+        running.stop()
+
+
 @pytest.fixture
 def start_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[..., Server]]:
     """Start servers of the test's own: ``start_server("--scheduler", address, store=path)``."""

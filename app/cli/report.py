@@ -1,8 +1,7 @@
 """``mirrortwin report``: the report on a run, checked, as a file; and questions about it."""
 
 import argparse
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,7 +24,7 @@ it counts, whoever writes it.
 EXAMPLES = """\
 examples:
   mirrortwin report 20261123T061500-k3x9q2ab --format html --out report.html
-  mirrortwin report flight --format markdown
+  mirrortwin report flight --format pdf --out report.pdf
   mirrortwin report flight --writer local --format json
   mirrortwin report flight --ask "why not the oil cooler?"
 
@@ -35,7 +34,7 @@ writers:
              https://api.deepseek.com/v1 and deepseek-chat, or Ollama's http://127.0.0.1:11434/v1
   local      a small model on this machine, without a network (the local-llm extra)
 """
-FORMATS = ("markdown", "html", "json")
+FORMATS = ("markdown", "html", "pdf", "json")
 WRITERS = ("template", "model", "local")
 
 
@@ -53,40 +52,26 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Print or write the report; raises `InputError`, `StoreError` or `WriterError`."""
-    with _writer(args.writer) as writer:
+    from core.report.desk import open_writer
+
+    with open_writer(args.writer) as writer:
         exported = _exported(args, writer)
     for line in exported.report.notes:
         note(line)
+    if args.format == "pdf" and args.out is None and sys.stdout.isatty():
+        raise InputError("--out", "is needed: a PDF is nothing for a terminal")
     if args.format == "json" and args.out is None:
         print_json(_as_json(exported))
         return
-    text = _text(exported, args.format, whole=args.ask is None)
+    content = _content(exported, args.format, whole=args.ask is None)
     if args.out is None:
-        print(text, end="")
+        sys.stdout.buffer.write(content)
         return
     try:
-        args.out.write_text(text, encoding="utf-8")
+        args.out.write_bytes(content)
     except OSError as error:
         raise InputError("--out", f"cannot write {args.out}: {error.strerror}") from None
     print(args.out)
-
-
-@contextmanager
-def _writer(name: str) -> Iterator["Writer"]:
-    from core.report.endpoint import URL, Endpoint
-    from core.report.local_model import local_model
-    from core.report.writers import ModelWriter, TemplateWriter
-
-    with ExitStack() as stack:
-        if name == "template":
-            yield TemplateWriter()
-        elif name == "local":
-            yield ModelWriter(stack.enter_context(local_model()))
-        else:
-            endpoint = Endpoint.from_environment()
-            if endpoint is None:
-                raise InputError(URL, "is not set: where is the language model?")
-            yield ModelWriter(endpoint)
 
 
 def _exported(args: argparse.Namespace, writer: "Writer") -> "Exported":
@@ -121,39 +106,32 @@ def _from_folder(folder: Path) -> "_Read":
 
 def _from_store(run_id: str, root: Path | None) -> "_Read":
     from core.jobs.store import RunStore, default_root
+    from core.report.stored import stored_report
 
     folder = root or default_root()
     if not folder.is_dir():
         raise InputError("RUN", f"there is no folder {run_id}, and no store of runs at {folder}")
     store = RunStore(folder)
     try:
-        record = store.get(run_id)
-        diagnosis, _ = store.load_result(run_id)
-        pair = store.load_pair(run_id)
+        stored = stored_report(store, run_id)
     finally:
         store.close()
-    plan = record.plan
-    identity = {
-        "Run": record.id,
-        "Flown": record.created,
-        "Plan": f"{plan.altitude_ft:.0f} ft, {plan.speed_kt:.0f} kt, seed {plan.seed}",
-        "Version": f"MirrorTwin {record.code_version}",
-    }
-    return identity, pair, diagnosis
+    assert stored.pair is not None
+    return dict(stored.identity), stored.pair, stored.diagnosis
 
 
 def _as_json(exported: "Exported") -> dict[str, object]:
     return {"about": exported.about, "report": exported.report.to_dict()}
 
 
-def _text(exported: "Exported", kind: str, *, whole: bool) -> str:
+def _content(exported: "Exported", kind: str, *, whole: bool) -> bytes:
     import json
 
-    from core.report.export import to_html, to_markdown
     from core.report.grounded import as_markdown
+    from core.report.stored import report_file
 
     if kind == "json":
-        return json.dumps(_as_json(exported), indent=2, allow_nan=False) + "\n"
+        return (json.dumps(_as_json(exported), indent=2, allow_nan=False) + "\n").encode()
     if not whole:
-        return as_markdown(exported.report.sentences) + "\n"
-    return to_html(exported) if kind == "html" else to_markdown(exported)
+        return (as_markdown(exported.report.sentences) + "\n").encode()
+    return report_file(exported, "md" if kind == "markdown" else kind)

@@ -10,7 +10,17 @@ from dash import ClientsideFunction, Dash, Input, Output, State, ctx, html, no_u
 from dash.exceptions import PreventUpdate
 
 from app.live import UNEXPECTED, Page, Sessions
-from app.pages import fault_page, faults, fly, library, missing, playback, runs
+from app.pages import (
+    fault_page,
+    faults,
+    fly,
+    library,
+    missing,
+    playback,
+    report_callbacks,
+    runs,
+)
+from app.pages.report_writing import ReportDesk
 from app.pages.run_view import RunView, alert
 from app.pages.setup import (
     DEFAULT_FAULT,
@@ -50,6 +60,7 @@ class Services:
     store: RunStore
     sessions: Sessions
     recorder: Recorder
+    desk: ReportDesk
     sandbox_prefix: str = ""
 
 
@@ -71,6 +82,7 @@ def register(app: Dash, services: Services) -> None:
         app, lambda session_id, time_s: services.sessions.get(session_id).seek(time_s)
     )
     library.register(app)
+    report_callbacks.register(app, services.desk, _alert)
 
 
 def _register_address(app: Dash, services: Services) -> None:

@@ -10,6 +10,7 @@ from dash import dcc, html
 
 from app.pages.attributes import attributes
 from app.pages.playback import playback_bar
+from app.pages.report_panel import report_panel
 from app.pages.setup import DEFAULT_FAULT, DEFAULT_PLAN, setup_panel
 from app.panels.probabilities import probability_figure
 from app.panels.residuals import heat_strip
@@ -26,10 +27,6 @@ RESIDUAL_SWITCH_ID = "residual-switch"
 
 SUBSYSTEM_ORDER = ("engine", "fuel", "oil", "electrical", "flight")
 
-REPORT_HINT = (
-    "Conclusion, mechanism, evidence cross-check, differential diagnosis and maintenance appear "
-    "here once the flight is diagnosed."
-)
 RANKING_HINT = (
     "The classifier reads the last 30 s of residuals every 5 s. Its first answer comes half a "
     "minute into the flight."
@@ -53,7 +50,7 @@ def layout(fault: Fault = DEFAULT_FAULT) -> html.Div:
             html.Aside(setup_panel(fault), className="area-setup"),
             html.Div(_run_bar(fault), className="area-bar"),
             html.Div(_scene_panel(), className="area-scene"),
-            html.Div([_diagnosis_panel(), _report_panel()], className="area-verdict"),
+            html.Div([_diagnosis_panel(), report_panel()], className="area-verdict"),
             html.Div(html.Div(_channel_panels(), className="charts"), className="area-charts"),
             dcc.Store(id="tile-specs", data=tile_specs()),
             dcc.Store(id="flight", data=cleared("", DEFAULT_PLAN.duration_s, None)),
@@ -221,18 +218,6 @@ def _diagnosis_panel() -> html.Section:
         ],
         className="panel",
         **attributes(aria_label="Diagnosis"),
-    )
-
-
-def _report_panel() -> html.Section:
-    return html.Section(
-        [
-            html.H2("Report", className="panel-title"),
-            # Markdown only: raw HTML in a report is shown as text.
-            dcc.Markdown(REPORT_HINT, id="report", className="report", link_target="_blank"),
-        ],
-        className="panel",
-        **attributes(aria_label="Report"),
     )
 
 

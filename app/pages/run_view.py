@@ -8,7 +8,9 @@ import dash_mantine_components as dmc
 import numpy as np
 from dash import html
 
-from app.pages import fly
+from app.pages import fly, report_panel
+from app.pages.report_panel import whole_report
+from app.pages.report_writing import Job
 from app.pages.setup import DEFAULT_PLAN, error_id, field_id, form_values
 from app.pages.words import (
     STAGES,
@@ -141,7 +143,7 @@ class RunView:
                     judged = False
                     updates += self.diagnosed(diagnosis)
                 case events.Reported(report=report):
-                    updates += reported(report)
+                    updates += reported(self.record.id, report)
                 case events.Failed():
                     updates += self._failed(event)
                 case events.Cancelled():
@@ -268,9 +270,20 @@ class RunView:
         ]  # fmt: skip
 
 
-def reported(report: GroundedReport) -> list[Update]:
-    """The five sections as one Markdown text."""
-    return [Update("report", "children", report.report.markdown)]
+def reported(run_id: str, report: GroundedReport) -> list[Update]:
+    """The five sections, each sentence with its verdict."""
+    return [Update("report", "children", whole_report(run_id, report))]
+
+
+def watched(job: Job, stored: GroundedReport) -> list[Update]:
+    """What a job on the report of a finished run changes; see `report_panel.watched`."""
+    report, newest, status = report_panel.watched(job, stored)
+    return [
+        Update("report-status", "children", status),
+        Update(report_panel.PANEL_ID, "data-writing", "no" if job.over else "yes"),
+        *([] if report is None else [Update("report", "children", report)]),
+        *([] if newest is None else [Update("answers", "children", newest)]),
+    ]
 
 
 def _cleared() -> list[Update]:
@@ -281,7 +294,10 @@ def _cleared() -> list[Update]:
         Update("stage", "children", ""),
         Update("ranking", "children", html.P(fly.RANKING_HINT, className="note")),
         Update("diagnosis-notes", "children", None),
-        Update("report", "children", fly.REPORT_HINT),
+        Update("report", "children", report_panel.hint()),
+        Update("report-status", "children", ""),
+        Update(report_panel.PANEL_ID, "data-writing", "no"),
+        Update("answers", "children", None),
     ]
 
 

@@ -30,7 +30,10 @@ MAX_PLOTS = 6
 PLOT_STEP = 50
 """Every 50th sample is drawn: one a second, which is enough for a page."""
 
-_FAULTED, _MIRROR, _BAND = "#D55E00", "#0072B2", "rgba(213, 94, 0, 0.10)"
+FAULTED, MIRROR = "#D55E00", "#0072B2"
+"""Colours of both flights on paper (Okabe and Ito: apart for every eye)."""
+
+_BAND = "rgba(213, 94, 0, 0.10)"
 
 _STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; color: #1b1f24; margin: 2rem auto; max-width: 52rem;
@@ -129,8 +132,8 @@ def evidence_figure(pair: Pair, diagnosis: Diagnosis) -> go.Figure:
     for row, item in enumerate(items, start=1):
         index = CHANNEL_INDEX[item.channel]
         for name, flight, colour in (
-            ("healthy mirror", pair.mirror, _MIRROR),
-            ("faulted", pair.faulted, _FAULTED),
+            ("healthy mirror", pair.mirror, MIRROR),
+            ("faulted", pair.faulted, FAULTED),
         ):
             values = flight.channels[::PLOT_STEP, index]
             line = {"color": colour, "width": 1.5}

@@ -32,7 +32,7 @@ MAX_REPEATS = 2
 
 Origin = Literal["writer", "template"]
 
-_HEADER = "| Channel | Interval | Shift | Size | Verdict |"
+TABLE_HEADER = "| Channel | Interval | Shift | Size | Verdict |"
 _RULE = "| --- | --- | --- | --- | --- |"
 
 
@@ -266,12 +266,12 @@ def as_markdown(items: Sequence[GroundedSentence]) -> str:
         if not item.kept:
             continue
         if said.kind == "row":
-            if previous != "row" and said.text != _HEADER:
-                lines += ["", _HEADER, _RULE]
+            if previous != "row" and said.text != TABLE_HEADER:
+                lines += ["", TABLE_HEADER, _RULE]
             elif previous != "row":
                 lines.append("")
             lines.append(said.text)
-            if said.text == _HEADER:
+            if said.text == TABLE_HEADER:
                 lines.append(_RULE)
         elif said.first or not lines or previous in ("row", ""):
             if said.kind != "item" or previous != "item":

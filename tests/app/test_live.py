@@ -10,6 +10,7 @@ import pytest
 
 from app import live
 from app.live import PageGoneError, Session, Sessions, frames, new_session_id
+from app.pages.report_writing import ReportDesk
 from app.pages.run_view import Update
 from app.panels.axes import base64_floats
 from app.scenes.viser_proxy import ViserScenes
@@ -113,7 +114,8 @@ def test_two_sessions_never_see_each_others_run(store: RunStore, scenes: ViserSc
         engine = Feeds()
         runs = [store.create(Plan(seed=n), Fault("engine_failure")).id for n in (1, 2)]
         pages = Recorded(), Recorded()
-        sessions = [Session(new_session_id(), engine, store, scenes) for _ in runs]
+        desk = ReportDesk(store)
+        sessions = [Session(new_session_id(), engine, store, scenes, desk) for _ in runs]
         tasks = [
             asyncio.create_task(session.attend(page))
             for session, page in zip(sessions, pages, strict=True)
@@ -143,7 +145,7 @@ def test_turning_to_another_run_drops_the_first(store: RunStore, scenes: ViserSc
         first, second = (
             store.create(Plan(), Fault(mode)).id for mode in ("engine_failure", "baffle_crack")
         )
-        session = Session(new_session_id(), engine, store, scenes)
+        session = Session(new_session_id(), engine, store, scenes, ReportDesk(store))
         page = Recorded()
         task = asyncio.create_task(session.attend(page))
         for run_id in (first, second):
@@ -170,7 +172,7 @@ def test_a_page_that_has_gone_ends_its_session(
     monkeypatch.setattr(live, "HEARTBEAT_S", 0.05)
 
     async def scenario() -> None:
-        sessions = Sessions(Feeds(), store, scenes)
+        sessions = Sessions(Feeds(), store, scenes, ReportDesk(store))
         session_id = new_session_id()
         session = sessions.get(session_id)
         session.scene()
@@ -189,7 +191,7 @@ def test_a_page_that_has_gone_ends_its_session(
 def test_a_page_that_slept_is_served_again(store: RunStore, scenes: ViserScenes) -> None:
     async def scenario() -> Recorded:
         engine = Feeds()
-        sessions = Sessions(engine, store, scenes)
+        sessions = Sessions(engine, store, scenes, ReportDesk(store))
         session_id = new_session_id()
         run_id = store.create(Plan(), Fault()).id
         engine.subscribe(run_id)
@@ -212,7 +214,7 @@ def test_a_run_that_cannot_be_read_becomes_an_alert(store: RunStore, scenes: Vis
             raise StoreError("the disk is gone")
 
     async def scenario() -> Recorded:
-        session = Session(new_session_id(), Broken(), store, scenes)
+        session = Session(new_session_id(), Broken(), store, scenes, ReportDesk(store))
         page = Recorded()
         task = asyncio.create_task(session.attend(page))
         session.show(store.create(Plan(), Fault()).id)
@@ -229,7 +231,7 @@ def test_only_session_names_of_our_form_are_known(
     session_id: Any, store: RunStore, scenes: ViserScenes
 ) -> None:
     with pytest.raises(InputError):
-        Sessions(Feeds(), store, scenes).get(session_id)
+        Sessions(Feeds(), store, scenes, ReportDesk(store)).get(session_id)
 
 
 def test_session_names_are_not_guessable() -> None:

@@ -9,6 +9,7 @@ import pytest
 from dash._utils import to_json
 
 from app.pages import run_view
+from app.pages.report_panel import whole_report
 from app.pages.run_view import RunView, Update
 from core.channels import N_CHANNELS
 from core.diagnosis.diagnosis import Diagnosis
@@ -98,7 +99,7 @@ def test_verdict_and_report_are_shown() -> None:
     page = shown(view.changes([events.Diagnosed("r", diagnosis()), events.Reported("r", report)]))
     assert "Engine failure" in str(page["ranking", "children"])
     assert "81.0 %" in str(page["ranking", "children"])
-    assert page["report", "children"] == report.report.markdown
+    assert to_json(page["report", "children"]) == to_json(whole_report(view.record.id, report))
 
 
 @pytest.mark.parametrize(

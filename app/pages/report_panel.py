@@ -1,0 +1,164 @@
+"""The panel *Report*: who writes, the checked text, its measures, questions, files to take away."""
+
+from typing import Any
+
+import dash_mantine_components as dmc
+from dash import html
+
+from app.pages.attributes import attributes
+from app.pages.report_writing import Job
+from app.panels.report_text import answer_text, measures, report_text
+from core.report.desk import offers
+from core.report.grounded import GroundedReport
+from core.report.template import WRITER
+
+HINT = (
+    "Conclusion, mechanism, evidence cross-check, differential diagnosis and maintenance appear "
+    "here once the flight is diagnosed, each sentence checked against evidence and FMEA knowledge."
+)
+
+FILES = {"html": "HTML", "pdf": "PDF", "md": "Markdown"}
+
+PANEL_ID = "report-panel"
+
+
+def report_panel() -> html.Section:
+    """The panel before any run. Its tools show once a run is done."""
+    return html.Section(
+        [
+            html.Div(
+                [html.H2("Report", className="panel-title"), _writer_choice()],
+                className="report-head",
+            ),
+            html.P(_what_is_missing(), className="note report-tools"),
+            html.P("", id="report-status", className="note", role="status"),
+            html.Div(hint(), id="report", className="report"),
+            _questions(),
+        ],
+        id=PANEL_ID,
+        className="panel",
+        **attributes(aria_label="Report", data_writing="no"),
+    )
+
+
+def hint() -> html.P:
+    """What will stand here."""
+    return html.P(HINT, className="note")
+
+
+def whole_report(run_id: str, report: GroundedReport) -> list[Any]:
+    """A complete report with its measures, notes and files."""
+    return [
+        measures(report.raw, report.final, by=report.writer),
+        *_by(report),
+        *report_text(report.sentences, by=report.writer),
+        *(html.P(note, className="note") for note in report.notes),
+        _files(run_id),
+    ]
+
+
+def answer(question: str, report: GroundedReport) -> html.Div:
+    """A question with its answer."""
+    notes = [html.P(note, className="note") for note in report.notes]
+    text = answer_text(report.sentences, by=report.writer)
+    return html.Div([html.P(question, className="question"), *text, *notes], className="answer")
+
+
+def unfinished(job: Job) -> list[Any]:
+    """A report in the making: what is checked so far, its measures, and the draft behind it."""
+    by = job.offer.name
+    measured = [measures(*job.measures, by=by)] if job.measures else []
+    return [*measured, *report_text(list(job.sentences), by=by, draft=job.draft)]
+
+
+def watched(job: Job, stored: GroundedReport) -> tuple[list[Any] | None, Any, str]:
+    """The panel while a job goes on and once it is over: report, newest answer, and its status.
+
+    None for a report that stays. ``stored`` is the report that stands if the job brings none.
+    """
+    status = _status(job)
+    if job.question is None:
+        if not job.over:
+            return unfinished(job), None, status
+        return whole_report(job.run_id, job.outcome or stored), None, status
+    if job.outcome is not None:
+        return None, answer(job.question, job.outcome), status
+    if job.over:
+        return None, html.Div(html.P(job.question, className="question")), status
+    text = answer_text(list(job.sentences), by=job.offer.name, draft=job.draft[1])
+    return None, html.Div([html.P(job.question, className="question"), *text]), status
+
+
+def _status(job: Job) -> str:
+    name = job.offer.name
+    if job.problem is not None:
+        return f"{name}: {job.problem}. The last report stands."
+    if job.stopped.is_set():
+        return f"{name} was stopped. The last report stands."
+    if job.over:
+        return ""
+    doing = "answers" if job.question is not None else "writes"
+    where = f": {job.draft[0]}" if job.draft[0] else ""
+    return f"{name} {doing}{where} …"
+
+
+def _by(report: GroundedReport) -> list[html.P]:
+    if report.writer == WRITER:
+        return []
+    return [html.P(f"Written by {report.writer}.", className="note")]
+
+
+def _writer_choice() -> html.Div:
+    choice = [
+        {"value": offer.kind, "label": offer.name, "disabled": offer.problem is not None}
+        for offer in offers()
+    ]
+    return html.Div(
+        [
+            dmc.Select(
+                id="report-writer",
+                data=choice,
+                value="template",
+                size="xs",
+                allowDeselect=False,
+                **attributes(aria_label="Who writes the report"),
+            ),
+            dmc.Button("Write anew", id="report-write", size="xs", variant="default"),
+            dmc.Button("Stop", id="report-stop", size="xs", variant="default"),
+        ],
+        className="report-tools report-choice",
+    )
+
+
+def _what_is_missing() -> str:
+    """Why some writers cannot be chosen."""
+    return ". ".join(f"{offer.name}: {offer.problem}" for offer in offers() if offer.problem)
+
+
+def _files(run_id: str) -> html.P:
+    links: list[Any] = ["Take it away as "]
+    for kind, name in FILES.items():
+        links += [html.A(name, href=f"/runs/{run_id}/report.{kind}", download=""), ", "]
+    return html.P([*links[:-1], "."], className="note report-tools")
+
+
+def _questions() -> html.Div:
+    return html.Div(
+        [
+            html.Div(
+                [
+                    dmc.TextInput(
+                        id="question",
+                        label="Ask about this report",
+                        placeholder="Why not the oil cooler?",
+                        size="xs",
+                        debounce=True,
+                    ),
+                    dmc.Button("Ask", id="report-ask", size="xs", variant="default"),
+                ],
+                className="question-row",
+            ),
+            html.Div(id="answers", className="report", **attributes(aria_live="polite")),
+        ],
+        className="report-tools",
+    )

@@ -1,0 +1,225 @@
+"""The report on the page: verdicts, citing sentences, writers, questions, files to take away."""
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Page, expect
+
+from core.report.report import SECTION_TITLES
+
+sys.path.append(str(Path(__file__).parents[1] / "report"))
+from hostile import ChatServer, Handler, Reply, chat_server, refuses_the_key, title_of
+
+pytestmark = pytest.mark.browser
+
+TIMEOUT_MS = 120_000
+
+
+class Endpoint:
+    """A language model whose behaviour a test sets, and which notes its first token's time."""
+
+    def __init__(self) -> None:
+        self.reply: Reply = refuses_the_key
+        self.first_token_s = 0.0
+        self.hold_s = 0.0
+
+    def __call__(self, handler: Handler) -> None:
+        self.reply(handler)
+
+    def says_what_is_false(self, handler: Handler) -> None:
+        """Two sentences a section, the first one slowly."""
+        handler.begin()
+        first = title_of(handler.server.requests[-1]) == SECTION_TITLES[0]
+        if first:
+            self.first_token_s = time.time()
+        handler.say("CHT 4 rose ")
+        time.sleep(self.hold_s if first else 0.0)
+        handler.say("by 300 °F. The turbocharger failed.")
+        handler.wfile.write(b"data: [DONE]\n\n")
+
+
+@pytest.fixture(scope="module")
+def endpoint() -> Iterator[tuple[Endpoint, ChatServer]]:
+    model = Endpoint()
+    with chat_server(model) as server:
+        yield model, server
+
+
+@pytest.fixture(scope="module")
+def done(
+    endpoint: tuple[Endpoint, ChatServer], start_one_server: Callable[[], Any], browser: Any
+) -> Iterator[tuple[Any, str]]:
+    """A server with an endpoint, and the address of a finished run on it."""
+    with pytest.MonkeyPatch.context() as environment:
+        environment.setenv("MIRRORTWIN_LLM_URL", endpoint[1].url)
+        environment.setenv("MIRRORTWIN_LLM_MODEL", "test-model")
+        environment.setenv("MIRRORTWIN_LLM_KEY", "sk-secret-of-the-test")
+        server = start_one_server()
+    page = browser.new_page()
+    page.goto(server.url)
+    page.locator("#run").click(timeout=TIMEOUT_MS)
+    page.locator("#fly[data-status=done]").wait_for(timeout=TIMEOUT_MS)
+    yield server, page.url
+    page.close()
+
+
+@pytest.fixture
+def report(page: Page, done: tuple[Any, str]) -> Page:
+    page.set_viewport_size({"width": 1440, "height": 900})
+    page.goto(done[1])
+    page.locator("#report h2").nth(4).wait_for(timeout=TIMEOUT_MS)
+    # The whole flight is drawn last; out of view, when the browser has time.
+    undrawn = page.locator(".tile-chart:is([data-samples='0'], :not([data-samples]))")
+    expect(undrawn).to_have_count(0, timeout=TIMEOUT_MS)
+    return page
+
+
+def choose(page: Page, writer: str) -> None:
+    page.locator("#report-writer").click()
+    page.get_by_role("option", name=writer).click()
+    page.locator("#report-write").click()
+
+
+def test_each_sentence_is_marked_and_measured(report: Page, console_errors: list[str]) -> None:
+    claims = report.locator("#report .claim")
+    verdicts = claims.evaluate_all("all => all.map(one => one.dataset.verdict)")
+    assert len(verdicts) > 30
+    assert set(verdicts) <= {"supported", "plain"}
+    measures = report.locator("#report .measures").inner_text().split()
+    shown = dict(zip(measures[::2], map(float, measures[1::2]), strict=True))
+    assert shown == {"CCC": 1.0, "SEC": 1.0, "DC": 1.0, "HR": 0.0}
+    assert console_errors == []
+
+
+def seconds(clock: str) -> int:
+    minutes, rest = clock.split(":")
+    return 60 * int(minutes) + int(rest)
+
+
+def cursor_times(page: Page) -> set[str]:
+    """The time that each readout names."""
+    texts = page.locator(".tile-readout").all_inner_texts()
+    return {text.split()[0] for text in texts}
+
+
+def test_a_sentence_moves_the_cursor_and_lights_its_channels(report: Page) -> None:
+    row = report.locator("#report tr.claim", has_text="CHT 4").first
+    row.click()
+    lit = report.locator(".tile.cited")
+    expect(lit).to_have_count(1)
+    assert "CHT 4" in lit.inner_text()
+    start = row.locator("td").nth(1).inner_text().split("-")[0]
+    # The cursor rests on the nearest sample drawn of each channel.
+    assert all(abs(seconds(time) - seconds(start)) <= 2 for time in cursor_times(report))
+    row.click()
+    expect(lit).to_have_count(0)
+
+
+def test_the_keyboard_goes_from_sentence_to_sentence(report: Page) -> None:
+    citing = report.locator('#report .claim[role="button"]')
+    assert report.locator('#report .claim[tabindex="0"]').count() == 1
+    citing.first.focus()
+    report.keyboard.press("ArrowDown")
+    report.keyboard.press("Enter")
+    expect(citing.nth(1)).to_have_attribute("aria-pressed", "true")
+    assert report.locator(".tile.cited").count() >= 1
+    report.keyboard.press("Escape")
+    expect(report.locator(".tile.cited")).to_have_count(0)
+
+
+def test_a_model_writes_anew_is_checked_and_stays(
+    report: Page,
+    endpoint: tuple[Endpoint, ChatServer],
+    console_errors: list[str],
+    record_property: Callable[[str, object], None],
+) -> None:
+    model, server = endpoint
+    model.reply, model.hold_s = model.says_what_is_false, 1.5
+    report.evaluate(
+        """() => new MutationObserver((changes, observer) => {
+             if (!document.querySelector("#report .draft")) return;
+             window.first_words_ms = Date.now();
+             observer.disconnect();
+           }).observe(document.getElementById("report"), { childList: true, subtree: true })"""
+    )
+    choose(report, "test-model")
+    expect(report.locator("#report .draft")).to_have_text("CHT 4 rose")
+    expect(report.locator("#report-status")).to_contain_text("test-model writes")
+    late_s = report.evaluate("first_words_ms") / 1000 - model.first_token_s
+    record_property("first_words_s", round(late_s, 2))
+    print(f"first words {late_s:.2f} s after the endpoint's first token")
+    assert late_s < 0.5
+
+    expect(report.locator("#report")).to_contain_text("Written by test-model", timeout=TIMEOUT_MS)
+    struck = report.locator("#report .claim:has(del)")
+    assert struck.count() >= 2
+    assert struck.first.get_attribute("data-verdict") == "contradicted"
+    assert {"contradicted", "unsupported"} <= set(
+        struck.evaluate_all("all => all.map(one => one.dataset.verdict)")
+    )
+    expect(report.locator("#report .added")).to_have_count(len(SECTION_TITLES))
+    measures = report.locator("#report .measures").inner_text()
+    assert "raw 1.00 0.00" in " ".join(measures.split())
+    assert server.headers[-1]["Authorization"] == "Bearer sk-secret-of-the-test"
+    assert "sk-secret-of-the-test" not in report.content()
+
+    text = report.locator("#report").inner_text()
+    report.reload()
+    expect(report.locator("#report")).to_have_text(text, use_inner_text=True, timeout=TIMEOUT_MS)
+    assert console_errors == []
+
+
+def test_a_writer_that_hangs_can_be_stopped_and_the_plots_stay(
+    report: Page, endpoint: tuple[Endpoint, ChatServer]
+) -> None:
+    model, _ = endpoint
+    model.reply, model.hold_s = model.says_what_is_false, 8.0
+    text = report.locator("#report").inner_text()
+    choose(report, "test-model")
+    expect(report.locator("#report .draft")).to_have_text("CHT 4 rose")
+    report.locator("#tile-0 .u-over").first.hover()
+    expect(report.locator("#readout-0")).to_contain_text("Δ")
+    report.locator("#report-stop").click()
+    expect(report.locator("#report-status")).to_contain_text("was stopped")
+    expect(report.locator("#report")).to_have_text(text, use_inner_text=True)
+
+
+def test_a_writer_that_is_refused_leaves_a_whole_report(
+    report: Page, endpoint: tuple[Endpoint, ChatServer]
+) -> None:
+    endpoint[0].reply = refuses_the_key
+    time.sleep(0.1)
+    choose(report, "test-model")
+    expect(report.locator("#report")).to_contain_text("refused our key", timeout=TIMEOUT_MS)
+    assert report.locator("#report h2").all_inner_texts() == list(SECTION_TITLES)
+    choose(report, "Template")
+    expect(report.locator("#report")).not_to_contain_text("Written by")
+
+
+def test_a_question_is_answered_from_what_is_known(report: Page) -> None:
+    box = report.get_by_label("Ask about this report")
+    box.fill("why not the oil cooler?")
+    box.press("Enter")
+    answer = report.locator("#answers")
+    expect(answer).to_contain_text("why not the oil cooler?")
+    expect(answer.locator(".claim").first).to_contain_text("Oil cooler maintenance")
+    box.fill("")
+    box.press("Enter")
+    expect(report.locator("#report-panel")).to_contain_text("question: is empty")
+
+
+def test_the_report_can_be_taken_away(report: Page, done: tuple[Any, str]) -> None:
+    run_id = done[1].rpartition("/")[2]
+    for kind, start in (("HTML", b"<!doctype html>"), ("PDF", b"%PDF-"), ("Markdown", b"# ")):
+        with report.expect_download() as begun:
+            report.locator("#report a", has_text=kind).click()
+        assert run_id in begun.value.suggested_filename
+        content = Path(begun.value.path()).read_bytes()
+        assert content.startswith(start)
+        if kind != "PDF":
+            assert run_id in content.decode()
+            assert "Simulated flight" in content.decode()
