@@ -134,8 +134,8 @@ def _page(address: Address, store: RunStore) -> html.Div:
             return fault_page.mode_layout(address.mode, take("signs"))
         case "faults":
             return faults.catalogue_layout()
-        case "results":
-            return library.layout(address)
+        case "results" | "compare":
+            return library.layout(address, store)
         case _:
             return missing.layout(address.problem)
 

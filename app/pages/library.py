@@ -7,7 +7,7 @@ from typing import Any
 
 from dash import Dash, Input, Output, dcc, html
 
-from app.pages import fault_page, faults, results
+from app.pages import compare, fault_page, faults, results
 from app.pages.attributes import attributes
 from app.pages.fly import GRAPH_CONFIG
 from app.pages.shell import Address
@@ -17,6 +17,7 @@ from core.channels import CHANNELS, unit_label
 from core.errors import MirrorTwinError
 from core.experiments.growth import ONSET_S, PLAN, SEVERITIES, fly_growth
 from core.fmea.knowledge import knowledge
+from core.jobs.store import RunStore
 from core.report.search import search
 
 SHOWN_CHANNELS = 6
@@ -25,8 +26,10 @@ _one_at_a_time = Lock()
 """A signature takes a second of one core: visitors of several pages wait for one another."""
 
 
-def layout(address: Address) -> html.Div:
+def layout(address: Address, store: RunStore) -> html.Div:
     """The page at an address of one of these kinds."""
+    if address.kind == "compare":
+        return compare.layout(address.run_ids, address.preset, store)
     return results.layout(address.result)
 
 

@@ -10,6 +10,7 @@ from app import theme
 from app.live import new_session_id
 from app.pages.attributes import attributes
 from app.pages.exhibits import EXHIBITS
+from app.panels.comparison import MAX_RUNS
 from core.errors import StoreError
 from core.fmea.catalogue import catalogue
 from core.jobs.records import valid_run_id
@@ -19,9 +20,13 @@ PageKind = Literal["fly", "runs", "compare", "faults", "results", "missing"]
 
 RUN_PREFIX = "/run/"
 
+COMPARISONS = ("fig6", "fig7")
+"""The sets of runs that can be compared by a name (`app.pages.compare.presets`)."""
+
 PAGES: dict[PageKind, tuple[str, str]] = {
     "fly": ("Fly", "/"),
     "runs": ("Runs", "/runs"),
+    "compare": ("Compare", "/compare"),
     "faults": ("Faults", "/faults"),
     "results": ("Results", "/results"),
 }
@@ -32,8 +37,8 @@ PAGES: dict[PageKind, tuple[str, str]] = {
 class Address:
     """What a path names. ``problem`` says to a person why there is nothing there.
 
-    ``mode`` is the failure mode that the page is about, ``run_ids`` are the runs compared, and
-    ``result`` is the experiment shown.
+    ``mode`` is the failure mode that the page is about, ``run_ids`` are the runs compared or
+    ``preset`` the set of them, and ``result`` is the experiment shown.
     """
 
     kind: PageKind
@@ -41,6 +46,7 @@ class Address:
     problem: str = ""
     mode: str | None = None
     run_ids: tuple[str, ...] = ()
+    preset: str | None = None
     result: str | None = None
 
     @property
@@ -72,6 +78,8 @@ def read_address(path: str, store: RunStore) -> Address:
     match head:
         case "fly" | "faults" if name or head == "faults":
             return _mode_address("fly" if head == "fly" else "faults", name)
+        case "compare":
+            return _comparison_address(name, store)
         case "results" if not name or name in EXHIBITS:
             return Address("results", result=name or None)
         case _:
@@ -87,6 +95,21 @@ def _mode_address(kind: PageKind, mode: str) -> Address:
             "catalogue.",
         )
     return Address(kind, mode=mode or None)
+
+
+def _comparison_address(name: str, store: RunStore) -> Address:
+    """A comparison: nothing chosen yet, a preset, or runs by name, parted by commas."""
+    if name in ("", *COMPARISONS):
+        return Address("compare", preset=name or None)
+    run_ids = tuple(dict.fromkeys(name.split(",")))
+    if len(run_ids) > MAX_RUNS:
+        return Address(
+            "missing", problem=f"At most {MAX_RUNS} runs are compared at once, not {len(run_ids)}."
+        )
+    for run_id in run_ids:
+        if (address := _run_address(run_id, store)).kind == "missing":
+            return address
+    return Address("compare", run_ids=run_ids)
 
 
 def _run_address(run_id: str, store: RunStore) -> Address:

@@ -8,7 +8,7 @@ flight always gives the same bytes.
 import json
 import os
 import secrets
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -94,6 +94,15 @@ def read_pair(path: Path) -> Pair:
     return Pair(_flight(path, table, "faulted."), _flight(path, table, "mirror."))
 
 
+def read_columns(path: Path, names: Sequence[str]) -> dict[str, np.ndarray]:
+    """Some columns (n,) of a flight's file, without reading the rest; raises `StoreError`."""
+    table = _read_table(path, list(names))
+    try:
+        return {name: np.array(_values(table, name)) for name in names}
+    except KeyError as error:
+        raise StoreError(f"{path} is not a flight of this version: {error}") from error
+
+
 def _write_columns(path: Path, time_s: np.ndarray, flights: dict[str, Trajectory]) -> None:
     arrays = [_column(time_s, pa.float64())]
     fields = [pa.field("time_s", pa.float64(), nullable=False, metadata={"unit": "s"})]
@@ -128,10 +137,10 @@ def _values(table: pa.Table, name: str) -> np.ndarray:
     return values
 
 
-def _read_table(path: Path) -> pa.Table:
+def _read_table(path: Path, columns: list[str] | None = None) -> pa.Table:
     try:
         with pq.ParquetFile(path, memory_map=True) as file:
-            return file.read()
+            return file.read(columns)
     except OSError as error:
         reason = os.strerror(error.errno) if error.errno else str(error)
         raise StoreError(f"cannot read {path}: {reason}") from error

@@ -16,17 +16,20 @@ import logging
 import os
 import sqlite3
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import fields, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from core.diagnosis.diagnosis import Diagnosis
 from core.errors import InputError, StoreError
 from core.fmea.fault import Fault
 from core.jobs.files import (
+    read_columns,
     read_json,
     read_pair,
     read_trajectory,
@@ -155,6 +158,10 @@ class RunStore:
     def load_pair(self, run_id: str) -> Pair:
         """Both flights, bit for bit as saved."""
         return read_pair(self._file(run_id, "run.parquet"))
+
+    def load_columns(self, run_id: str, names: Sequence[str]) -> dict[str, np.ndarray]:
+        """Some columns of `load_pair`, such as ``mirror.E1 RPM``, each (n,)."""
+        return read_columns(self._file(run_id, "run.parquet"), names)
 
     def save_result(self, run_id: str, diagnosis: Diagnosis, report: GroundedReport) -> RunRecord:
         """Keep diagnosis and report, which completes the run: its status becomes done."""

@@ -47,6 +47,7 @@ def test_pages_that_exist(client: httpx.Client, store: RunStore) -> None:
     run_id = store.create(Plan(), Fault()).id
     # Not "/" first: the first request of all may come by a shared link.
     others = ("/faults", "/faults/baffle_seal", "/fly/nominal", "/results", "/results/table1")
+    others += ("/compare", f"/compare/{run_id}", "/compare/fig7")
     for path in ("/runs", f"/run/{run_id}", "/", *others):
         answer = client.get(path)
         assert answer.status_code == 200, path
@@ -67,6 +68,8 @@ def test_pages_that_exist(client: httpx.Client, store: RunStore) -> None:
         "/fly/nonsense",
         "/fly/",
         "/results/nonsense",
+        "/compare/nonsense",
+        "/compare/20261123T061500-k3x9q2wz",
         "/results/files/nonsense.png",
         "/results/files/../../pyproject.toml",
         "/results/files/%2e%2e%2f%2e%2e%2fpyproject.toml",

@@ -1,0 +1,197 @@
+"""The wiring of the page *Compare*: choosing runs, flying a preset, drawing."""
+
+import asyncio
+from collections.abc import Sequence
+from typing import Any
+
+from dash import Dash, Input, Output, State, dcc, html, no_update
+from dash.exceptions import PreventUpdate
+
+from app.pages import compare
+from app.pages.fly import GRAPH_CONFIG
+from app.pages.words import mode_name, run_title
+from app.panels.comparison import (
+    MAX_RUNS,
+    PATH_STATES,
+    Flown,
+    Kind,
+    channels_figure,
+    side_figure,
+    track_figure,
+)
+from app.recorder import Recorder
+from core.channels import CHANNEL_INDEX
+from core.errors import MirrorTwinError
+from core.jobs.engine import Engine
+from core.jobs.records import RunRecord, valid_run_id
+from core.jobs.store import RunStore
+
+KINDS: tuple[Kind, ...] = ("reading", "residual", "difference")
+
+
+def register(app: Dash, engine: Engine, store: RunStore, recorder: Recorder) -> None:
+    """Attach the callbacks of the page to ``app``."""
+
+    @app.callback(
+        Output("url", "pathname", allow_duplicate=True),
+        Input(compare.PICK_ID, "value"),
+        State("url", "pathname"),
+        State(compare.PICK_ID, "data"),
+        websocket=True,
+        prevent_initial_call=True,
+    )
+    async def choose(run_ids: list[str] | None, path: str, offered: list[dict[str, str]]) -> str:
+        """Go to the comparison that was chosen; the address then says what is shown."""
+        known = {item["value"] for item in offered}
+        chosen = [run_id for run_id in run_ids or [] if run_id in known][:MAX_RUNS]
+        shown = await asyncio.to_thread(_shown_at, path, store)
+        if chosen == shown:
+            raise PreventUpdate
+        return compare.compare_path(chosen)
+
+    @app.callback(
+        Output("page", "children", allow_duplicate=True),
+        Input(compare.FLY_ID, "n_clicks"),
+        State("url", "pathname"),
+        running=[(Output(compare.FLY_ID, "loading"), True, False)],
+        websocket=True,
+        prevent_initial_call=True,
+    )
+    async def fly_missing(clicks: int | None, path: str) -> Any:
+        """Fly what a preset lacks; the page then waits for it."""
+        name = path.removeprefix(compare.COMPARE_PREFIX)
+        if not clicks or name not in compare.presets():
+            raise PreventUpdate
+        preset = compare.presets()[name]
+        found = await asyncio.to_thread(compare.preset_runs, preset, store)
+        try:
+            for fault, record in zip(preset.faults, found, strict=True):
+                if record is None:
+                    run_id = await asyncio.to_thread(engine.submit, preset.plan, fault)
+                    recorder.record(run_id)
+        except MirrorTwinError as error:
+            return html.Div([html.H1("The runs could not be started"), html.P(str(error))],
+                            className="panel message-page")  # fmt: skip
+        return await asyncio.to_thread(compare.layout, (), name, store)
+
+    @app.callback(
+        Output("page", "children", allow_duplicate=True),
+        Input(compare.CLOCK_ID, "n_intervals"),
+        State("url", "pathname"),
+        State(compare.RUNS_ID, "data"),
+        websocket=True,
+        prevent_initial_call=True,
+    )
+    async def refill(ticks: int | None, path: str, shown: list[str]) -> Any:
+        """Lay the page out anew once another run has landed."""
+        if not ticks or not path.startswith(compare.COMPARE_PREFIX):
+            raise PreventUpdate
+        return await asyncio.to_thread(_refilled, path, shown, store)
+
+    @app.callback(
+        Output(compare.FIGURES_ID, "children"),
+        Output("compare-channel-controls", "style"),
+        Input(compare.RUNS_ID, "data"),
+        Input(compare.VIEW_ID, "value"),
+        Input(compare.KIND_ID, "value"),
+        Input(compare.CHANNELS_ID, "value"),
+        websocket=True,
+    )
+    async def draw(
+        run_ids: list[str], view: str, kind: Kind, names: list[str] | None
+    ) -> tuple[Any, Any]:
+        """Draw the runs as asked."""
+        channels = [name for name in names or [] if name in CHANNEL_INDEX]
+        ids = [run_id for run_id in run_ids if valid_run_id(run_id)][:MAX_RUNS]
+        hidden = {"display": "none"} if view == "paths" else {}
+        if not ids or kind not in KINDS:
+            return None, hidden
+        try:
+            if view == "paths":
+                return await asyncio.to_thread(_paths, ids, store), hidden
+            return await asyncio.to_thread(_channels, ids, channels, kind, store), hidden
+        except MirrorTwinError as error:
+            return html.P(f"A run cannot be read: {error}", className="empty"), hidden
+
+
+def _shown_at(path: str, store: RunStore) -> list[str]:
+    """The runs that the address shows, in its order."""
+    name = path.removeprefix(compare.COMPARE_PREFIX)
+    if name in compare.presets():
+        found = compare.preset_runs(compare.presets()[name], store)
+        return [record.id for record in found if record is not None]
+    return [run_id for run_id in name.split(",") if valid_run_id(run_id)]
+
+
+def _refilled(path: str, shown: Sequence[str], store: RunStore) -> Any:
+    name = path.removeprefix(compare.COMPARE_PREFIX)
+    preset = name if name in compare.presets() else None
+    records = [store.get(run_id) for run_id in _shown_at(path, store)]
+    done = [record.id for record in records if record.status == "done"]
+    if done == list(shown) and any(not record.finished for record in records):
+        return no_update
+    return compare.layout([record.id for record in records], preset, store)
+
+
+def _channels(ids: Sequence[str], names: Sequence[str], kind: Kind, store: RunStore) -> Any:
+    if not names:
+        return html.P("Choose a channel above.", className="note")
+    figure = channels_figure(_all_flown(ids, names, store), names, kind)
+    return _graph("compare-channels-figure", figure)
+
+
+def _paths(ids: Sequence[str], store: RunStore) -> list[Any]:
+    runs = _all_flown(ids, PATH_STATES, store)
+    return [
+        _titled("From the side", "compare-side", side_figure(runs, against_mirror=False)),
+        _titled(
+            "Against the mirror, scaled to what most runs lose",
+            "compare-lost",
+            side_figure(runs, against_mirror=True),
+        ),
+        _titled("From above", "compare-track", track_figure(runs)),
+    ]
+
+
+def _all_flown(ids: Sequence[str], names: Sequence[str], store: RunStore) -> list[Flown]:
+    """The runs with these columns, each under the shortest name that tells it from the others."""
+    records = [store.get(run_id) for run_id in ids]
+    modes = [record.fault.mode for record in records]
+    titles = [run_title(record) for record in records]
+    flown = []
+    for record, title in zip(records, titles, strict=True):
+        label = mode_name(record.fault.mode)
+        if modes.count(record.fault.mode) > 1:
+            label = title if titles.count(title) == 1 else f"{title}, seed {record.plan.seed}"
+        flown.append(_flown(record, label, names, store))
+    return flown
+
+
+def _flown(record: RunRecord, label: str, names: Sequence[str], store: RunStore) -> Flown:
+    sides = ("faulted.", "mirror.")
+    columns = store.load_columns(
+        record.id, ["time_s", *(side + name for side in sides for name in names)]
+    )
+    return Flown(
+        label=label,
+        duration_s=record.plan.duration_s,
+        onset_s=None if record.fault.mode == "nominal" else record.fault.onset_s,
+        time_s=columns["time_s"],
+        faulted={name: columns[f"faulted.{name}"] for name in names},
+        mirror={name: columns[f"mirror.{name}"] for name in names},
+    )
+
+
+def _titled(title: str, component_id: str, figure: Any) -> html.Figure:
+    return html.Figure([html.Figcaption(title, className="chart-title"),
+                        _graph(component_id, figure)])  # fmt: skip
+
+
+def _graph(component_id: str, figure: Any) -> dcc.Graph:
+    return dcc.Graph(
+        id=component_id,
+        figure=figure,
+        config=GRAPH_CONFIG,
+        responsive=True,
+        style={"height": figure["layout"]["height"]},
+    )
