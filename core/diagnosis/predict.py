@@ -150,9 +150,17 @@ class Diagnoser:
             answer: NDArray[np.float32] = self.network(torch.from_numpy(features)[None])[0].numpy()
         return answer
 
-    def diagnose(self, pair: Pair, plan: Plan | None = None) -> Diagnosis:
-        """The whole run; raises `InputError` as `stream` and `StreamingDiagnoser.finish` do."""
-        stream = self.stream(plan)
+    def diagnose(
+        self, pair: Pair, plan: Plan | None = None, residual: Array32 | None = None
+    ) -> Diagnosis:
+        """The whole run; raises `InputError` as `stream` and `StreamingDiagnoser.finish` do.
+
+        ``residual``, (n, 23), is the surrogate's for this pair, where it is known already.
+        """
+        if residual is not None and self.surrogate is not None:
+            stream = StreamingDiagnoser(self, _KnownReader(self.surrogate, residual))
+        else:
+            stream = self.stream(plan)
         stream.push(pair)
         return stream.finish()
 
@@ -188,6 +196,23 @@ class _MirrorReader:
 
     def evidence(self, pair: Pair) -> tuple[tuple[Evidence, ...], float | None]:
         return find_evidence(pair)
+
+
+class _KnownReader:
+    """Residuals of the surrogate that were computed before."""
+
+    def __init__(self, surrogate: Surrogate, residual: Array32) -> None:
+        self._surrogate = surrogate
+        self._residual = residual
+
+    def push(self, block: Pair) -> None:
+        """Nothing to compute."""
+
+    def window(self, start_row: int, window: Pair) -> Array32:
+        return self._residual[start_row : start_row + WINDOW_STEPS]
+
+    def evidence(self, pair: Pair) -> tuple[tuple[Evidence, ...], float | None]:
+        return find_surrogate_evidence(self._residual, pair.faulted.time_s, self._surrogate)
 
 
 class _SurrogateReader:

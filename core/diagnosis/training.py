@@ -21,7 +21,6 @@ from core.experiments.provenance import provenance
 from core.fmea.catalogue import class_ids
 from core.paths import MODELS
 from core.surrogate.surrogate import Surrogate
-from core.twin.plan import Plan
 
 
 def train(
@@ -128,8 +127,8 @@ def _score(card: Card, fit: Fit, validation: Corpus, test: Corpus) -> None:
 def whole_run_scores(diagnoser: Diagnoser, corpus: Corpus) -> dict[str, Any]:
     """Scores of the product's own verdict: each run diagnosed as a flight is."""
     verdicts = [
-        diagnoser.diagnose(pair, Plan.from_dict(run.plan))
-        for run, pair in zip(corpus.runs, corpus.pairs, strict=True)
+        diagnoser.diagnose(pair, residual=residual)
+        for pair, (residual, _) in zip(corpus.pairs, corpus.flights(), strict=True)
     ]
     found = np.array([corpus.classes.index(verdict.top) for verdict in verdicts])
     truth = np.array([stretch.label for stretch in corpus.stretches])

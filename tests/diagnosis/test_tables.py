@@ -6,8 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from core.diagnosis.card import load_model
 from core.diagnosis.diagnosis import Diagnosis
 from core.diagnosis.features import FEATURE_MODES
+from core.diagnosis.predict import Diagnoser
 from core.diagnosis.settings import CLASSIFIERS, TrainingSettings
 from core.diagnosis.training import train
 from core.errors import InputError
@@ -15,7 +17,10 @@ from core.experiments import cells, delay, fresh, table1, table2, table3, table4
 from core.experiments.paper import paper_tables
 from core.experiments.results import Result
 from core.fmea.catalogue import class_ids
+from core.surrogate.controls import controls
 from core.surrogate.surrogate import Surrogate
+from core.twin.plan import Plan
+from core.twin.trajectory import Pair
 
 
 def quiet(share: float) -> None:
@@ -170,11 +175,6 @@ def test_fresh_flights_are_in_no_data_set(shipped_card):
 
 @pytest.mark.slow
 def test_a_surrogate_diagnosis_needs_no_mirror_and_streams_alike(first, data, make_pair):
-    from core.diagnosis.card import load_model
-    from core.diagnosis.predict import Diagnoser
-    from core.twin.plan import Plan
-    from core.twin.trajectory import Pair
-
     surrogate = Surrogate.from_card(*load_model(data / "surrogates" / "h10", "gru-lab"))
     model = load_model(data / "cells" / "surrogate-both-cnn-s0", "cnn-surrogate-lab")
     diagnoser = Diagnoser.from_card(*model, surrogate)
@@ -182,6 +182,10 @@ def test_a_surrogate_diagnosis_needs_no_mirror_and_streams_alike(first, data, ma
     alone = Pair(pair.faulted, pair.faulted)
     whole = diagnoser.diagnose(alone, plan)
     assert whole.to_dict() == diagnoser.diagnose(pair, plan).to_dict()
+    known = surrogate.residual(pair.faulted.channels, controls(plan, 0, len(pair.faulted)))
+    assert diagnoser.diagnose(pair, residual=known).probabilities == pytest.approx(
+        whole.probabilities, abs=1e-4
+    )
     stream = diagnoser.stream(plan)
     for start in range(0, 3500, 333):
         stream.push(alone[start : start + 333])
