@@ -29,7 +29,7 @@ SIMULATE = ("simulate", "--out", "OUT")
         (("diagnose", "nowhere"), ["DIR:", "nowhere"]),
         (("diagnose", "."), ["DIR:", "faulted.parquet"]),
         (("serve", "--port", "70000"), ["port:", "1 to 65535", "70000"]),
-        (("serve", "--host", "0.0.0.0"), ["host:", "127.0.0.1 or localhost", "0.0.0.0"]),
+        (("serve", "--host", "192.0.2.7"), ["host:", "192.0.2.7", "no address of this machine"]),
         (("dataset", "--out", "OUT", "--workers", "0"), ["workers:", "0"]),
         (("dataset", "--out", "OUT", "--runs-per-class", "1"), ["runs_per_class:", "1"]),
         (("train", "--data", "nowhere", "--out", "OUT"), ["data:", "nowhere"]),
