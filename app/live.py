@@ -26,6 +26,7 @@ from core.errors import InputError, MirrorTwinError
 from core.jobs import events
 from core.jobs.engine import Engine
 from core.jobs.store import RunStore
+from core.report.grounded import GroundedReport
 
 logger = logging.getLogger(__name__)
 
@@ -187,11 +188,11 @@ class Session:
         view = RunView(record)
         subscription = self.engine.subscribe(run_id)
         await page.post(view.opening(fill_form=self._fill_form))
-        seen: set[type[events.Event]] = set()
+        seen: dict[type[events.Event], events.Event] = {}
         in_place = False
         try:
             async for batch in frames(subscription, patience_s=PATIENCE_S):
-                seen.update(type(event) for event in batch)
+                seen.update((type(event), event) for event in batch)
                 updates = await asyncio.to_thread(view.changes, batch)
                 if samples := joined(batch):
                     view.taken = await page.send(updates)
@@ -208,22 +209,32 @@ class Session:
         finally:
             subscription.close()
         if events.Finished in seen:
-            await self._show_whole(page, view, with_result=events.Diagnosed not in seen)
-            await self._show_writing(page, run_id)
+            told = seen.get(events.Reported)
+            report = await self._show_whole(
+                page, view, told.report if isinstance(told, events.Reported) else None
+            )
+            await self._show_writing(page, run_id, report)
 
-    async def _show_whole(self, page: Page, view: RunView, *, with_result: bool) -> None:
-        """The finished run at full rate, from the store."""
+    async def _show_whole(
+        self, page: Page, view: RunView, told: GroundedReport | None
+    ) -> GroundedReport:
+        """The finished run at full rate, from the store; returns the report that stands.
+
+        ``told``: the report that the page shows, None if it was not there to see the run end.
+        """
         run_id = view.record.id
-        if with_result:
-            diagnosis, report = await asyncio.to_thread(self.store.load_result, run_id)
-            await page.send([*view.diagnosed(diagnosis), *reported(run_id, report)])
+        diagnosis, report = await asyncio.to_thread(self.store.load_result, run_id)
+        if told is None:
+            await page.send(view.diagnosed(diagnosis))
+        if report != told:
+            await page.send(reported(run_id, report))
         pair = await asyncio.to_thread(self.store.load_pair, run_id)
         await page.send(await asyncio.to_thread(view.whole, pair))
         await asyncio.to_thread(self.scene().show, pair, view.onset_s)
+        return report
 
-    async def _show_writing(self, page: Page, run_id: str) -> None:
+    async def _show_writing(self, page: Page, run_id: str, stored: GroundedReport) -> None:
         """Reports written anew and answers to questions, for as long as the run is shown."""
-        _, stored = await asyncio.to_thread(self.store.load_result, run_id)
         async for job in self.desk.watch(run_id, HEARTBEAT_S):
             if job is None:
                 await page.send(())

@@ -1,7 +1,7 @@
-// Sentences of the report that cite something: a click, Enter or Space moves the time cursor of all
-// tiles (and of the replay) to where it shows, and lights the channels. Arrow keys go from sentence
-// to sentence; Escape puts the lights out. What a sentence cites is in its data attributes, which
-// `app/panels/report_text.py` sets.
+// Sentences of the report that cite something: a click, Enter or Space moves the time cursor to
+// where it shows and lights the channels. Arrow keys go from sentence to sentence; Escape puts the
+// lights out. What a sentence cites is in its data attributes, which `app/panels/report_text.py`
+// sets.
 
 (function () {
   "use strict";
@@ -27,16 +27,14 @@
     if (claim.dataset.startS) moveCursor(Number(claim.dataset.startS));
   }
 
-  // The plots of all tiles: they share one cursor, uPlot's sync group "flight".
+  // `tiles.js` ends a zoom that leaves the moment out, and moves what is in view; what is scrolled
+  // to afterwards shows it as well. `cursor.js` moves the other charts and the 3D views.
   function moveCursor(time_s) {
-    const { plots } = uPlot.sync("flight");
-    const { min, max } = plots[0].scales.x;
-    if (time_s < min || time_s > max) plots[0].over.dispatchEvent(new MouseEvent("dblclick")); // unzoom
-    for (const plot of plots) {
-      plot.setCursor({ left: plot.valToPos(time_s, "x"), top: plot.over.clientHeight / 2 });
+    window.dash_clientside.tiles.moveCursor(time_s);
+    for (const plot of uPlot.sync("flight").plots) {
+      plot.setCursor({ left: plot.valToPos(time_s, "x"), top: 1 }, true, false);
     }
-    const replay = document.querySelector("#scene iframe[sandbox]");
-    if (replay) replay.contentWindow.postMessage({ type: "seek", time_s }, "*");
+    document.dispatchEvent(new CustomEvent("tilescursor", { detail: time_s }));
   }
 
   function step(claim, by) {

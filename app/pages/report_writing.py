@@ -10,7 +10,6 @@ import logging
 import threading
 from collections import OrderedDict
 from collections.abc import AsyncIterator, Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 from core.diagnosis.diagnosis import Diagnosis
@@ -102,7 +101,7 @@ class ReportDesk:
         """Have nothing to write yet."""
         self._store = store
         self._jobs: OrderedDict[str, Job] = OrderedDict()
-        self._threads = ThreadPoolExecutor(AT_ONCE, thread_name_prefix="report")
+        self._places = threading.Semaphore(AT_ONCE)
         self._news = asyncio.Condition()
 
     def begin(self, run_id: str, kind: str, question: str | None = None) -> Job:
@@ -127,7 +126,10 @@ class ReportDesk:
             loop.call_soon_threadsafe(lambda: loop.create_task(self._tell()))
 
         tell()
-        self._threads.submit(self._work, job, tell)
+        # A daemon: a writer that hangs does not keep the server from ending.
+        threading.Thread(
+            target=self._work, args=(job, tell), name=f"report {run_id}", daemon=True
+        ).start()
         return job
 
     def stop(self, run_id: str) -> None:
@@ -158,7 +160,6 @@ class ReportDesk:
         """Stop everything, without waiting for writers that do not answer."""
         for job in self._jobs.values():
             job.stopped.set()
-        self._threads.shutdown(wait=False, cancel_futures=True)
 
     def _state(self, run_id: str) -> tuple[Job | None, int]:
         job = self._jobs.get(run_id)
@@ -175,6 +176,10 @@ class ReportDesk:
 
     def _work(self, job: Job, tell: Callable[[], None]) -> None:
         """On a thread: write, check and keep."""
+        with self._places:
+            self._write(job, tell)
+
+    def _write(self, job: Job, tell: Callable[[], None]) -> None:
         try:
             diagnosis, _ = self._store.load_result(job.run_id)
             job.case = open_case(diagnosis)

@@ -14,6 +14,7 @@ from typing import Any
 import httpx
 
 from core.errors import InputError, MirrorTwinError
+from core.report.constraints import RESPONSE_FORMAT, SentenceReader
 from core.report.prompts import Message
 
 URL, MODEL, KEY = "MIRRORTWIN_LLM_URL", "MIRRORTWIN_LLM_MODEL", "MIRRORTWIN_LLM_KEY"
@@ -56,7 +57,8 @@ class Endpoint:
     """Where a model is asked. ``url`` is the base (``https://api.deepseek.com/v1``).
 
     ``key`` is sent as a bearer token and appears nowhere else, neither in ``repr`` nor in errors.
-    ``extra``: further fields of the request, such as a grammar.
+    ``extra``: further fields of the request, such as a grammar. ``constrained``: whether to hold
+    replies to a JSON schema, until the endpoint is found to refuse that.
     """
 
     url: str
@@ -64,6 +66,7 @@ class Endpoint:
     key: str = field(default="", repr=False)
     limits: Limits = Limits()
     extra: Mapping[str, Any] = field(default_factory=dict)
+    constrained: bool = True
 
     @classmethod
     def from_environment(cls, environment: Mapping[str, str] = os.environ) -> "Endpoint | None":
@@ -91,16 +94,21 @@ class Endpoint:
         """The reply piece by piece; raises `WriterError`. Closing the iterator hangs up."""
         waited = False
         while True:
+            constrained = self.constrained and (self.url, self.model) not in _REFUSED
+            reader = SentenceReader()
             try:
-                yield from self._once(messages, max_tokens)
+                for piece in self._once(messages, max_tokens, constrained):
+                    yield reader.push(piece) if constrained else piece
                 return
+            except _NoSchemaError:
+                _REFUSED.add((self.url, self.model))
             except _BusyError as busy:
                 if waited or busy.wait_s is None or busy.wait_s > MAX_WAIT_S:
                     raise WriterError(str(busy), final=True) from None
                 waited = True
                 time.sleep(busy.wait_s)
 
-    def _once(self, messages: list[Message], max_tokens: int) -> Iterator[str]:
+    def _once(self, messages: list[Message], max_tokens: int, constrained: bool) -> Iterator[str]:
         limits = self.limits
         timeout = httpx.Timeout(limits.silence_s, connect=limits.connect_s)
         deadline = time.monotonic() + limits.reply_s
@@ -110,6 +118,7 @@ class Endpoint:
             "max_tokens": max_tokens,
             "temperature": 0.0,
             "stream": True,
+            **({"response_format": RESPONSE_FORMAT} if constrained else {}),
             **self.extra,
         }
         # Uncompressed, so that a small reply cannot unfold into a large one.
@@ -126,6 +135,8 @@ class Endpoint:
                 ) as client,
                 client.stream("POST", address, json=body, headers=headers) as response,
             ):
+                if constrained and response.status_code in (400, 422):
+                    raise _NoSchemaError
                 _check_status(response)
                 said = False
                 for piece in _pieces(response, deadline):
@@ -143,6 +154,14 @@ class _BusyError(Exception):
     def __init__(self, message: str, wait_s: float | None) -> None:
         super().__init__(message)
         self.wait_s = wait_s
+
+
+class _NoSchemaError(Exception):
+    """The endpoint does not take the request with a schema in it."""
+
+
+_REFUSED: set[tuple[str, str]] = set()
+"""Endpoints (address, model) that refused a schema: DeepSeek does, Ollama and vLLM take it."""
 
 
 def _check_status(response: httpx.Response) -> None:

@@ -6,6 +6,7 @@ Both name the run, the models and versions behind it, and say that the flight wa
 import html
 from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Any
 
 import plotly.graph_objects as go
@@ -120,6 +121,9 @@ def to_html(given: Exported) -> str:
 
 def evidence_figure(pair: Pair, diagnosis: Diagnosis) -> go.Figure:
     """The channels that moved most, faulted over mirror, each with its interval shaded."""
+    # Plotly looks for pandas among the loaded modules, and fails on one that another thread is
+    # still loading: wait for that here.
+    import_module("pandas")
     items = diagnosis.evidence[:MAX_PLOTS]
     figure = make_subplots(
         rows=max(1, len(items)),

@@ -88,4 +88,6 @@ class ModelWriter:
 
 def with_grammar(endpoint: Endpoint) -> Endpoint:
     """An endpoint of llama.cpp held to a grammar: sentences of bounded length, no headings."""
-    return replace(endpoint, extra={**endpoint.extra, "grammar": prompts().grammar})
+    return replace(
+        endpoint, extra={**endpoint.extra, "grammar": prompts().grammar}, constrained=False
+    )

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Page, expect
 
+from core.channels import N_CHANNELS
 from core.report.report import SECTION_TITLES
 
 sys.path.append(str(Path(__file__).parents[1] / "report"))
@@ -100,10 +101,12 @@ def seconds(clock: str) -> int:
     return 60 * int(minutes) + int(rest)
 
 
-def cursor_times(page: Page) -> set[str]:
-    """The time that each readout names."""
-    texts = page.locator(".tile-readout").all_inner_texts()
-    return {text.split()[0] for text in texts}
+def cursor_times(page: Page) -> list[float]:
+    """Where the cursor of each plot is, in seconds of flight."""
+    times: list[float] = page.evaluate(
+        'uPlot.sync("flight").plots.map((plot) => plot.posToVal(plot.cursor.left, "x"))'
+    )
+    return times
 
 
 def test_a_sentence_moves_the_cursor_and_lights_its_channels(report: Page) -> None:
@@ -113,8 +116,10 @@ def test_a_sentence_moves_the_cursor_and_lights_its_channels(report: Page) -> No
     expect(lit).to_have_count(1)
     assert "CHT 4" in lit.inner_text()
     start = row.locator("td").nth(1).inner_text().split("-")[0]
-    # The cursor rests on the nearest sample drawn of each channel.
-    assert all(abs(seconds(time) - seconds(start)) <= 2 for time in cursor_times(report))
+    expect(report.locator("#scrub-time")).to_have_text(f"{seconds(start) // 60:02d}:{start[-2:]}")
+    times = cursor_times(report)
+    assert len(times) == 2 * N_CHANNELS
+    assert all(abs(time - seconds(start)) <= 2 for time in times)
     row.click()
     expect(lit).to_have_count(0)
 

@@ -196,6 +196,32 @@ class BusyOnce:
             self.then(handler)
 
 
+def says_json(sentences: list[str]) -> Reply:
+    """A model that keeps to the JSON schema it is sent, in pieces that cut across everything."""
+
+    def reply(handler: Handler) -> None:
+        assert handler.server.requests[-1]["response_format"]["type"] == "json_schema"
+        text = json.dumps({"sentences": sentences})
+        handler.begin()
+        for start in range(0, len(text), 3):
+            handler.say(text[start : start + 3])
+        handler.wfile.write(b"data: [DONE]\n\n")
+
+    return reply
+
+
+def refuses_schemas(then: Reply) -> Reply:
+    """400 to a request with a schema in it, as DeepSeek does."""
+
+    def reply(handler: Handler) -> None:
+        if "response_format" in handler.server.requests[-1]:
+            handler.begin(400, "application/json")
+        else:
+            then(handler)
+
+    return reply
+
+
 def answers_nothing(handler: Handler) -> None:
     """A stream that ends at once."""
     handler.begin()

@@ -18,9 +18,11 @@ from hostile import (
     is_busy,
     never_stops,
     redirects,
+    refuses_schemas,
     refuses_the_key,
     reports_an_error,
     says,
+    says_json,
     sends_html,
     sends_html_as_events,
     sends_malformed_events,
@@ -162,6 +164,27 @@ def test_an_endpoint_that_ignores_streaming_is_read_whole() -> None:
         report = outcome(events_of(server.url))
     assert_complete(report)
     assert any(item.kept and item.origin == "writer" for item in report.sentences)
+
+
+def test_sentences_in_json_are_read_while_they_stream() -> None:
+    said = ["CHT 3 rose by 18.3 °F.", 'It is "no" \\ alternator.\n']
+    with chat_server(says_json(said)) as server:
+        events = events_of(server.url)
+    report = outcome(events)
+    assert_complete(report)
+    mine = [item.checked.text for item in report.sentences if item.origin == "writer"]
+    assert mine[:2] == ["CHT 3 rose by 18.3 °F.", 'It is "no" \\ alternator.']
+    assert isinstance(events[0], Draft)
+    assert not any("{" in event.text for event in events if isinstance(event, Draft))
+
+
+def test_an_endpoint_that_refuses_schemas_is_asked_without() -> None:
+    with chat_server(refuses_schemas(says(WELL))) as server:
+        report = outcome(events_of(server.url))
+        asked = ["response_format" in request for request in server.requests]
+    assert asked == [True] + 5 * [False]
+    assert any(item.kept and item.origin == "writer" for item in report.sentences)
+    assert len(report.notes) == 1
 
 
 def test_text_is_shown_as_it_comes_and_checked_as_sentences_end() -> None:
