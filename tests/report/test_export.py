@@ -12,6 +12,7 @@ from core.report.case import open_case
 from core.report.endpoint import Endpoint
 from core.report.export import Exported, to_html, to_markdown
 from core.report.grounded import Done, grounded_template, write_grounded
+from core.report.pdf import to_pdf
 from core.report.writers import ModelWriter
 from core.twin.flight import fly_pair
 from core.twin.plan import Plan
@@ -71,3 +72,14 @@ def test_the_page_carries_its_plots_and_loads_nothing() -> None:
     assert "Plotly.newPlot" in page
     assert not re.search(r"(?:src|href)=", markup)
     assert not re.search(r"<script[^>]*\bsrc=", page)
+
+
+def test_the_pdf_has_pages_and_reads_nothing_as_markup() -> None:
+    pair = fly_pair(Plan.sampled(3), Fault("baffle_crack", 0.8, 60.0))
+    hostile = {"Run": '#panic("no") $x$ <label> @ref *b* "quote" \\', "Version": "MirrorTwin"}
+    given = Exported(hostile, GIVEN, grounded_template(open_case(GIVEN)), pair)
+    page = to_pdf(given)
+    assert page.startswith(b"%PDF-1.")
+    assert page.rstrip().endswith(b"%%EOF")
+    assert to_pdf(replace(given, pair=None)).startswith(b"%PDF-1.")
+    assert len(to_pdf(replace(given, pair=None))) < len(page)
