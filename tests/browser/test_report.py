@@ -1,5 +1,6 @@
 """The report on the page: verdicts, citing sentences, writers, questions, files to take away."""
 
+import os
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -18,6 +19,9 @@ from hostile import ChatServer, Handler, Reply, chat_server, refuses_the_key, ti
 pytestmark = pytest.mark.browser
 
 TIMEOUT_MS = 120_000
+
+FIRST_WORDS_S = 0.5
+"""After the endpoint's first token; longer where others want the machine too, as in `test_fly`."""
 
 
 class Endpoint:
@@ -157,7 +161,8 @@ def test_a_model_writes_anew_is_checked_and_stays(
     late_s = report.evaluate("first_words_ms") / 1000 - model.first_token_s
     record_property("first_words_s", round(late_s, 2))
     print(f"first words {late_s:.2f} s after the endpoint's first token")
-    assert late_s < 0.5
+    load = os.getloadavg()[0]
+    assert late_s < FIRST_WORDS_S * (load if load > (os.cpu_count() or 1) else 1.0)
 
     expect(report.locator("#report")).to_contain_text("Written by test-model", timeout=TIMEOUT_MS)
     struck = report.locator("#report .claim:has(del)")
