@@ -105,8 +105,15 @@ def _ratings(mode: Mode) -> html.Dl:
         html.Div(
             [
                 html.Dt(name),
-                html.Dd([html.B(str(value)), html.Span(" of 10", className="note")]),
-                dmc.Progress(value=10 * value, size=4, color="gray", **attributes(aria_label=name)),
+                html.Dd(
+                    [
+                        html.B(str(value)),
+                        html.Span(" of 10", className="note"),
+                        dmc.Progress(
+                            value=10 * value, size=4, color="gray", **attributes(aria_label=name)
+                        ),
+                    ]
+                ),
             ],
             title=scale,
         )

@@ -39,7 +39,14 @@ def layout(records: Sequence[RunRecord]) -> html.Div:
                             dmc.TableTr(
                                 [
                                     dmc.TableTh(head)
-                                    for head in ("Flown (UTC)", "Fault", "Plan", "Diagnosis", "")
+                                    for head in (
+                                        "Flown (UTC)",
+                                        "Fault",
+                                        "Plan",
+                                        "Diagnosis",
+                                        "",
+                                        "",
+                                    )
                                 ]
                             )
                         ),
@@ -72,6 +79,11 @@ def _row(record: RunRecord) -> dmc.TableTr:
                     className="badge",
                     **attributes(data_status=record.status),
                 )
+            ),
+            dmc.TableTd(
+                dcc.Link("Compare", href=f"/compare/{record.id}")
+                if record.status == "done"
+                else None
             ),
         ]
     )
