@@ -1,18 +1,38 @@
-"""The card beside the shipped weights agrees with itself: nothing on it was typed by hand."""
+"""The cards beside the shipped weights agree with themselves: no number was typed by hand."""
 
 import numpy as np
 import pytest
 
+from core.diagnosis.card import load_model
 from core.diagnosis.predict import load_diagnoser
 from core.fmea.catalogue import class_ids
+from core.paths import MODELS
 
-PARTS = ("validation_windows", "test_windows", "test_runs")
+RESIDUALS = ("paired", "surrogate")
+PARTS = {
+    "paired": ("validation_windows", "test_windows", "test_runs"),
+    "surrogate": ("validation_windows", "test_windows"),
+}
 
 
-def test_it_loads_for_the_catalogue_of_today():
-    diagnoser = load_diagnoser()
+@pytest.fixture(scope="module", params=RESIDUALS)
+def residual(request):
+    """Each of the two residuals that the product offers."""
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def shipped_card(residual):
+    """The card of that classifier."""
+    return load_model(MODELS, f"cnn-{residual}-lab")[0]
+
+
+def test_it_loads_for_the_catalogue_of_today(residual):
+    diagnoser = load_diagnoser(residual)
     assert diagnoser.classes == class_ids()
-    assert (diagnoser.name, diagnoser.conditions) == ("cnn-paired-lab", "lab")
+    assert (diagnoser.name, diagnoser.conditions) == (f"cnn-{residual}-lab", "lab")
+    assert diagnoser.calibration.temperature > 0.0
+    assert np.isfinite(diagnoser.calibration.threshold)
 
 
 def test_no_seed_is_shared_between_the_parts(shipped_card):
@@ -23,20 +43,24 @@ def test_no_seed_is_shared_between_the_parts(shipped_card):
     assert len(seeds["test"]) == pytest.approx(0.3 * len(everything))
 
 
-@pytest.mark.parametrize("part", PARTS)
-def test_scores_follow_from_the_confusion_matrix(shipped_card, part):
-    scores = shipped_card["scores"][part]
+def test_scores_follow_from_the_confusion_matrices(residual, shipped_card):
+    for part in PARTS[residual]:
+        _follows(shipped_card["scores"][part], shipped_card["classes"])
+
+
+def _follows(scores, classes):
     confusion = np.array(scores["confusion"], dtype=float)
     right = np.diag(confusion)
     f1 = 2 * right / (confusion.sum(axis=0) + confusion.sum(axis=1))
     assert confusion.sum() == scores["n"]
     assert scores["accuracy"] == pytest.approx(right.sum() / scores["n"])
-    assert list(scores["per_class_f1"]) == shipped_card["classes"]
+    assert list(scores["per_class_f1"]) == classes
     assert list(scores["per_class_f1"].values()) == pytest.approx(f1)
     assert scores["macro_f1"] == pytest.approx(f1.mean())
 
 
-def test_every_test_run_was_scored_once(shipped_card):
+def test_every_test_run_was_scored_once():
+    shipped_card, _ = load_model(MODELS, "cnn-paired-lab")
     confusion = np.array(shipped_card["scores"]["test_runs"]["confusion"])
     n_test = len(shipped_card["data"]["seeds"]["test"])
     assert confusion.sum(axis=1).tolist() == [n_test / 20] * 20
@@ -47,3 +71,16 @@ def test_the_card_carries_the_course_of_training(shipped_card):
     f1 = training["validation_macro_f1"]
     assert len(f1) == len(training["train_loss"]) == training["epochs_run"]
     assert f1[training["best_epoch"] - 1] == max(f1)
+
+
+def test_calibration_was_measured_on_test_windows(shipped_card):
+    error = shipped_card["scores"]["test_windows"]["calibration"]["expected_calibration_error"]
+    assert 0.0 <= error["after"] < 0.1
+    assert error["before"] >= 0.0
+
+
+def test_the_surrogate_has_its_own_healthy_flights(shipped_card):
+    card, _ = load_model(MODELS, "gru-lab")
+    learnt = set().union(*map(set, shipped_card["data"]["seeds"].values()))
+    for first, last in card["data"]["seeds"].values():
+        assert learnt.isdisjoint(range(first, last + 1))
