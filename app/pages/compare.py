@@ -236,6 +236,13 @@ def _comparison(done: Sequence[RunRecord], preset: Preset | None) -> list[html.S
         html.Section(
             [
                 html.Div(_controls(view, done), className="compare-controls"),
+                html.P(
+                    [
+                        html.Span([_line_of(place), mode_name(record.fault.mode)])
+                        for place, record in enumerate(done)
+                    ],
+                    className="note compare-key",
+                ),
                 html.Div(id=FIGURES_ID, className="compare-figures"),
             ],
             className="panel",
@@ -291,15 +298,7 @@ def _table(done: Sequence[RunRecord]) -> html.Div:
     heads = [
         html.Th(
             [
-                html.I(
-                    className="run-key",
-                    style={
-                        "borderTopColor": COLOURS[place],
-                        "borderTopStyle": {"solid": "solid", "dot": "dotted"}.get(
-                            DASHES[place], "dashed"
-                        ),
-                    },
-                ),
+                _line_of(place),
                 dcc.Link(mode_name(record.fault.mode), href=run_path(record.id)),
             ],
             scope="col",
@@ -325,6 +324,14 @@ def _table(done: Sequence[RunRecord]) -> html.Div:
         tabIndex=0,
         role="region",
         **attributes(aria_label="What differs between the runs"),
+    )
+
+
+def _line_of(place: int) -> html.I:
+    """A piece of the line by which the run at that place is drawn."""
+    style = {"solid": "solid", "dot": "dotted"}.get(DASHES[place], "dashed")
+    return html.I(
+        className="run-key", style={"borderTopColor": COLOURS[place], "borderTopStyle": style}
     )
 
 

@@ -75,7 +75,6 @@ def channels_figure(runs: Sequence[Flown], names: Sequence[str], kind: Kind) -> 
             traces.append(
                 {
                     **_line(place, run.label),
-                    "showlegend": row == 0,
                     "x": moments(run.time_s[drawn]),
                     "y": packed(values[drawn]),
                     "yaxis": f"y{suffix}",
@@ -87,11 +86,9 @@ def channels_figure(runs: Sequence[Flown], names: Sequence[str], kind: Kind) -> 
     return {
         "data": traces,
         "layout": bare_layout(
-            margin={"l": 62, "r": 12, "t": 34, "b": 24},
+            margin={"l": 62, "r": 12, "t": 8, "b": 24},
             height=70 + ROW_PX * rows,
             hoversubplots="axis",
-            showlegend=True,
-            legend=_legend(),
             xaxis=time_axis(longest, anchor="free", position=0.0),
             shapes=[mark for onset_s in sorted(onsets) for mark in onset_mark(onset_s)],
             **axes,
@@ -188,11 +185,9 @@ def _path_figure(traces: list[dict[str, Any]], x_title: str, y_title: str) -> Fi
     return {
         "data": traces,
         "layout": bare_layout(
-            margin={"l": 60, "r": 12, "t": 34, "b": 40},
+            margin={"l": 60, "r": 12, "t": 8, "b": 40},
             height=330,
             hovermode="closest",
-            showlegend=True,
-            legend=_legend(),
             xaxis=axis(x_title),
             yaxis=axis(y_title),
         ),
@@ -204,13 +199,5 @@ def _line(place: int, label: str) -> dict[str, Any]:
         "type": "scatter",
         "mode": "lines",
         "name": label,
-        "legendgroup": str(place),
         "line": {"color": COLOURS[place], "dash": DASHES[place], "width": 1.8},
     }
-
-
-def _legend() -> dict[str, Any]:
-    return {
-        "orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom", "font": {"size": 11},
-        "groupclick": "togglegroup",
-    }  # fmt: skip
