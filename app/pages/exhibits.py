@@ -74,7 +74,7 @@ def _reports(content: Content) -> str:
     return "; ".join(
         f"{row['writer'].replace('_', ' ')}: hallucination rate {row['hr']:.3f}"
         for row in content["rows"]
-        if row["grounded"]
+        if row["grounded"] and row["hr"] is not None
     )
 
 
@@ -157,7 +157,7 @@ EXHIBITS: dict[str, Exhibit] = {
         Exhibit(
             "table6", "Table 6: reports", "How good reports are, by the template and by a language "
             "model, before and after grounding. Good is 1, for hallucinations 0.",
-            ("table6",), "mirrortwin experiment table6",
+            ("table6-lab",), "mirrortwin experiment table6",
             "Minutes; with a language model, hours on a small machine.", kind="scores", lead="hr",
             headline=_reports,
         ),

@@ -16,10 +16,12 @@ Row = Mapping[str, Any]
 def card_line(card: Row) -> str:
     """How good a shipped model is, in one line."""
     scores = card["scores"]
+    windows = f"{100 * scores['test_windows']['accuracy']:.1f} % of"
+    if "test_runs" not in scores:  # a card of Tables 1 to 4, which score windows alone
+        return f"right on {windows} the windows of its test flights ({card['name']})"
     return (
         f"right on {100 * scores['test_runs']['accuracy']:.1f} % of "
-        f"{scores['test_runs']['n']:,} test flights and "
-        f"{100 * scores['test_windows']['accuracy']:.1f} % of their windows ({card['name']})"
+        f"{scores['test_runs']['n']:,} test flights and {windows} their windows ({card['name']})"
     )
 
 

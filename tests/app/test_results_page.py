@@ -83,7 +83,7 @@ def test_damaged_results_are_told_and_nothing_breaks(text: str, name: str, shelf
 def test_measures_of_table_6_stand_beside_the_papers(shelf: Path) -> None:
     paper = {"ccc": 0.95, "sec": 0.973, "dc": 0.976, "hr": 0.054}
     row = {"writer": "with_fmea", "grounded": True, "ccc": 0.9, "sec": 0.8, "dc": 1.0, "hr": 0.0}
-    write(shelf, "table6", rows=[{**row, "sd": dict.fromkeys(paper, 0.01), "paper": paper}])
+    write(shelf, "table6-lab", rows=[{**row, "sd": dict.fromkeys(paper, 0.01), "paper": paper}])
     page = sent(results.layout("table6"))
     assert "With fmea, grounded" in page
     assert "0.900 ± 0.010" in page
