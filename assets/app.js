@@ -26,9 +26,10 @@
     const run = document.getElementById("run");
     if (!run || run.disabled) return;
     event.preventDefault();
-    // A number field tells Dash its value when it loses the focus: let it do so first.
+    // A number field tells Dash its value when it loses the focus, and Dash takes a moment to hear
+    // it: let that be over first, or the flight is flown with the value before.
     if (document.activeElement) document.activeElement.blur();
-    setTimeout(() => run.click(), 0);
+    setTimeout(() => run.click(), 100);
   });
 
   window.dash_clientside = Object.assign({}, window.dash_clientside, {
