@@ -21,6 +21,7 @@ from core.diagnosis.scores import macro_f1
 from core.diagnosis.settings import Epoch, TrainingSettings
 from core.diagnosis.statistical import STATISTICAL, STATISTICS, logits, statistics
 from core.experiments.archive import Manifest
+from core.jobs.files import whole_file
 
 
 class Fit(Protocol):
@@ -234,20 +235,19 @@ class NetworkFit:
         if self._checkpoint is None:
             return
         self._checkpoint.parent.mkdir(parents=True, exist_ok=True)
-        partial = self._checkpoint.with_suffix(".partial")
-        torch.save(
-            {
-                "identity": self._identity,
-                "network": self.network.state_dict(),
-                "optimiser": self._optimiser.state_dict(),
-                "scheduler": self._scheduler.state_dict(),
-                "best_weights": self._best,
-                "history": self._history,
-                "rng": torch.get_rng_state(),
-            },
-            partial,
-        )
-        partial.replace(self._checkpoint)
+        with whole_file(self._checkpoint) as temporary:
+            torch.save(
+                {
+                    "identity": self._identity,
+                    "network": self.network.state_dict(),
+                    "optimiser": self._optimiser.state_dict(),
+                    "scheduler": self._scheduler.state_dict(),
+                    "best_weights": self._best,
+                    "history": self._history,
+                    "rng": torch.get_rng_state(),
+                },
+                temporary,
+            )
 
 
 class StatisticalFit:

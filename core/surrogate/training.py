@@ -14,6 +14,7 @@ from core.channels import CHANNEL_NAMES, N_CHANNELS
 from core.diagnosis.card import Card, save_model
 from core.errors import InputError
 from core.experiments.provenance import provenance, twin_fingerprint
+from core.jobs.files import whole_file
 from core.paths import MODELS
 from core.surrogate.controls import CONTROL_NAMES, controls
 from core.surrogate.network import GruNetwork
@@ -281,16 +282,15 @@ class SurrogateTrainer:
         if self._checkpoint is None:
             return
         self._checkpoint.parent.mkdir(parents=True, exist_ok=True)
-        partial = self._checkpoint.with_suffix(".partial")
-        torch.save(
-            {
-                "identity": self._identity,
-                "network": self._surrogate.network.state_dict(),
-                "optimiser": self._optimiser.state_dict(),
-                "scheduler": self._scheduler.state_dict(),
-                "losses": self._losses,
-                "seconds": self._seconds,
-            },
-            partial,
-        )
-        partial.replace(self._checkpoint)
+        with whole_file(self._checkpoint) as temporary:
+            torch.save(
+                {
+                    "identity": self._identity,
+                    "network": self._surrogate.network.state_dict(),
+                    "optimiser": self._optimiser.state_dict(),
+                    "scheduler": self._scheduler.state_dict(),
+                    "losses": self._losses,
+                    "seconds": self._seconds,
+                },
+                temporary,
+            )
