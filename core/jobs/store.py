@@ -1,6 +1,7 @@
 """The run store: an SQLite index and one folder of files a run; it outlives every process.
 
-    index.sqlite            one row a run: `core.jobs.records.RunRecord`
+    index.sqlite            one row a run: `core.jobs.records.RunRecord`; and what people wrote on
+                            it, or that they threw it away (`core.jobs.keeping`)
     runs/<id>/run.parquet   both flights (`core.jobs.files.write_pair`)
     runs/<id>/run.json      the record, the diagnosis and the report
     runs/<id>/run.rrd       the Rerun recording, written by the app
@@ -48,7 +49,7 @@ from core.twin.trajectory import Pair
 __all__ = ["RunStore", "default_root", "read_trajectory", "write_trajectory"]
 
 HOME_VARIABLE = "MIRRORTWIN_HOME"
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 BUSY_TIMEOUT_S = 5.0
 
 logger = logging.getLogger(__name__)
@@ -62,7 +63,12 @@ CREATE TABLE IF NOT EXISTS runs (
     top_probability REAL, attempts INTEGER NOT NULL
 );
 CREATE INDEX IF NOT EXISTS runs_created ON runs (created);
+CREATE TABLE IF NOT EXISTS labels (
+    run TEXT PRIMARY KEY, tags TEXT NOT NULL DEFAULT '[]', note TEXT NOT NULL DEFAULT '',
+    discarded TEXT
+);
 """
+_KEPT = "id NOT IN (SELECT run FROM labels WHERE discarded IS NOT NULL)"
 _COLUMNS = tuple(field.name for field in fields(RunRecord))
 _CHANGEABLE = frozenset(_COLUMNS) - {"id", "created", "plan", "fault", "code_version"}
 
@@ -102,16 +108,20 @@ class RunStore:
             fault=fault,
             code_version=code_version(),
         )
+        self.enter(record)
+        return record
+
+    def enter(self, record: RunRecord) -> None:
+        """Enter a record made elsewhere; raises `StoreError` if there is a run of its name."""
         row = {
             **record.to_dict(),
-            "plan": _dumped(plan.to_dict()),
-            "fault": _dumped(fault.to_dict()),
+            "plan": _dumped(record.plan.to_dict()),
+            "fault": _dumped(record.fault.to_dict()),
         }
         names = ", ".join(row)
         places = ", ".join(f":{name}" for name in row)
-        with self._writing() as index:
+        with self.writing() as index:
             index.execute(f"INSERT INTO runs ({names}) VALUES ({places})", row)
-        return record
 
     def update(self, run_id: str, **changes: Any) -> RunRecord:
         """Change fields of a record (status, error, top, top_probability, attempts)."""
@@ -120,29 +130,29 @@ class RunStore:
         if changes.get("status", "queued") not in STATUSES:
             raise ValueError(f"no status {changes['status']!r}")
         assignments = ", ".join(f"{name} = :{name}" for name in changes)
-        with self._writing() as index:
+        with self.writing() as index:
             index.execute(
                 f"UPDATE runs SET {assignments} WHERE id = :id", {**changes, "id": run_id}
             )
         return self.get(run_id)
 
     def get(self, run_id: str) -> RunRecord:
-        """The record of one run; raises `StoreError` if there is none."""
-        rows = self._select("WHERE id = ?", run_id)
+        """The record of one run; raises `StoreError` if there is none, or none any more."""
+        rows = self._select(f"WHERE id = ? AND {_KEPT}", run_id)
         if not rows:
             raise StoreError(f"no run {run_id[:40]!r} in {self.root}")
         return _record(rows[0])
 
     def records(self) -> list[RunRecord]:
         """All records, newest first; those that this version cannot read are left out."""
-        return list(_readable(self._select("ORDER BY created DESC, rowid DESC")))
+        return list(_readable(self._select(f"WHERE {_KEPT} ORDER BY created DESC, rowid DESC")))
 
     def fail_unfinished(self) -> list[str]:
         """Mark what a stopped server left queued or running as failed; returns those runs.
 
         Only for a process that knows that no other one is flying (`core.jobs.engine`).
         """
-        with self._writing() as index:
+        with self.writing() as index:
             left = index.execute(
                 "UPDATE runs SET status = 'failed', error = ? WHERE status IN (?, ?) RETURNING id",
                 (SERVER_STOPPED, *UNFINISHED),
@@ -216,7 +226,10 @@ class RunStore:
         return path
 
     def _select(self, clause: str, *values: Any) -> list[sqlite3.Row]:
-        query = f"SELECT {', '.join(_COLUMNS)} FROM runs {clause}"
+        return self.query(f"SELECT {', '.join(_COLUMNS)} FROM runs {clause}", *values)
+
+    def query(self, query: str, *values: Any) -> list[sqlite3.Row]:
+        """What a SELECT of the index finds; for this package alone."""
         try:
             with self._lock:
                 return self._index.execute(query, values).fetchall()
@@ -224,7 +237,8 @@ class RunStore:
             raise StoreError(f"cannot read the run index in {self.root}: {error}") from error
 
     @contextmanager
-    def _writing(self) -> Iterator[sqlite3.Connection]:
+    def writing(self) -> Iterator[sqlite3.Connection]:
+        """A transaction of the index; for this package alone."""
         with self._lock:
             if self.read_only_reason is not None:
                 self._try_writable()
@@ -323,6 +337,9 @@ def _readable_index(path: Path) -> sqlite3.Connection:
         try:
             index = _connect(f"{path.as_uri()}?{options}")
             index.execute("SELECT count(*) FROM runs")
+            if not index.execute("SELECT 1 FROM sqlite_master WHERE name = 'labels'").fetchone():
+                # Of an earlier version: nothing is written on its runs, and none is thrown away.
+                index.execute("CREATE TEMP TABLE labels (run, tags, note, discarded)")
             return index
         except sqlite3.Error:
             continue
