@@ -8,7 +8,7 @@ import threading
 from collections import OrderedDict
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import IO, TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any, TypeVar
 
 from distributed import CancelledError, Client, Future, KilledWorker
 
@@ -20,7 +20,7 @@ from core.jobs.events import Cancelled, Event, Failed, FinalEvent, Finished, Pro
 from core.jobs.feed import Feed, Subscription
 from core.jobs.records import RunRecord
 from core.jobs.store import SERVER_STOPPED, RunStore
-from core.jobs.worker import TOPIC, RunResult, diagnose_task, fly_task
+from core.jobs.worker import TOPIC, RunResult, diagnose_task, fly_task, fly_unseen_task
 from core.twin.plan import Plan
 
 if TYPE_CHECKING:  # it loads torch
@@ -45,6 +45,7 @@ CONNECTION_LOST = "the connection to the Dask scheduler broke during this run; p
 BROKEN = "the worker could not fly this run because of a fault in the program: {}"
 
 Outcome = RunResult | Failed | Cancelled
+_Answer = TypeVar("_Answer", RunResult, Diagnosis)
 
 
 @dataclass(eq=False)
@@ -129,16 +130,18 @@ class Engine:
         """
         record = self.store.get(run_id)
         pair = self.store.load_pair(run_id)
-        client = self._cluster.client()
-        try:
-            outcome = client.submit(
+        return _answer(
+            self._cluster.client().submit(
                 diagnose_task, pair, record.plan, residual, pure=False, priority=10
-            ).result()
-        except (CancelledError, KilledWorker):
-            raise WorkerError(WORKER_DIED) from None
-        if isinstance(outcome, Failed):
-            raise WorkerError(outcome.message)
-        return outcome
+            )
+        )
+
+    def fly_unseen(self, plan: Plan, fault: Fault) -> RunResult:
+        """Fly a run that leaves no record and of which no event tells.
+
+        Blocks for a second or two. Raises `WorkerError` saying why it could not be flown.
+        """
+        return _answer(self._cluster.client().submit(fly_unseen_task, plan, fault, pure=False))
 
     def history(self, run_id: str) -> list[Event]:
         """Every event so far, from the last Started on if a worker died.
@@ -280,6 +283,17 @@ class Engine:
         feed = Feed()
         feed.append(_end_of(self.store.get(run_id)))
         return feed
+
+
+def _answer(future: Future[_Answer | Failed]) -> _Answer:
+    """What a task came to; raises `WorkerError` saying why it came to nothing."""
+    try:
+        outcome = future.result()
+    except (CancelledError, KilledWorker):
+        raise WorkerError(WORKER_DIED) from None
+    if isinstance(outcome, Failed):
+        raise WorkerError(outcome.message)
+    return outcome
 
 
 def _end_of(record: RunRecord) -> FinalEvent:

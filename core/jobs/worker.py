@@ -115,6 +115,14 @@ def fly_task(key: str, run_id: str, plan: Plan, fault: Fault) -> RunResult | Fai
         return Failed(run_id, str(error), retryable=False)
 
 
+def fly_unseen_task(plan: Plan, fault: Fault) -> RunResult | Failed:
+    """`fly_run` as a Dask task that tells nobody what it flies."""
+    try:
+        return fly_run("unseen", plan, fault, lambda event: None)
+    except MirrorTwinError as error:
+        return Failed("", str(error), retryable=False)
+
+
 def diagnose_task(pair: Pair, plan: Plan, residual: "Residual") -> Diagnosis | Failed:
     """Diagnose a flown pair by one way to form residuals, as a Dask task.
 

@@ -1,0 +1,1 @@
+"""Mystery flights: a hidden fault, the evidence that a learner marks, and what it is worth."""
