@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 
 from core.errors import InputError
-from core.jobs.records import UNFINISHED
+from core.jobs.records import UNFINISHED, valid_run_id
 from core.jobs.store import RunStore
 
 MAX_TAGS = 12
@@ -116,14 +116,21 @@ def empty(store: RunStore, older_than: timedelta = KEPT_FOR) -> list[str]:
     before = (datetime.now(UTC) - older_than).isoformat()
     found = store.query("SELECT run FROM labels WHERE discarded <= ?", before)
     run_ids = [row["run"] for row in found]
-    if run_ids:
-        with store.writing() as index:
-            for run_id in run_ids:
-                index.execute("DELETE FROM runs WHERE id = ?", (run_id,))
-                index.execute("DELETE FROM labels WHERE run = ?", (run_id,))
-        for run_id in run_ids:  # after the rows: a folder without a row harms nobody
-            shutil.rmtree(store.root / "runs" / run_id, ignore_errors=True)
+    delete(store, run_ids)
     return run_ids
+
+
+def delete(store: RunStore, run_ids: Sequence[str]) -> None:
+    """Delete runs for good, row, label and files; raises `StoreError`."""
+    run_ids = [run_id for run_id in run_ids if valid_run_id(run_id)]
+    if not run_ids:
+        return
+    with store.writing() as index:
+        for run_id in run_ids:
+            index.execute("DELETE FROM runs WHERE id = ?", (run_id,))
+            index.execute("DELETE FROM labels WHERE run = ?", (run_id,))
+    for run_id in run_ids:  # after the rows: a folder without a row harms nobody
+        shutil.rmtree(store.root / "runs" / run_id, ignore_errors=True)
 
 
 def _plain(tag: str) -> str:

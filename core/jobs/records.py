@@ -7,9 +7,10 @@ from datetime import UTC, datetime
 from functools import cache
 from typing import Any, Literal, get_args
 
+from core.errors import InputError
 from core.experiments.provenance import provenance
 from core.fmea.fault import Fault
-from core.twin.plan import Plan
+from core.twin.plan import Plan, checked_number
 
 Status = Literal["queued", "running", "done", "failed", "cancelled"]
 
@@ -19,6 +20,7 @@ UNFINISHED: tuple[Status, ...] = ("queued", "running")
 # Letters and digits that nobody mistakes for one another when a run's name is read aloud.
 _ALPHABET = "23456789abcdefghjkmnpqrstuvwxyz"
 _SUFFIX_LENGTH = 8
+_MAX_TEXT = 2000
 _RUN_ID = re.compile(rf"\d{{8}}T\d{{6}}-[{_ALPHABET}]{{{_SUFFIX_LENGTH}}}")
 
 
@@ -61,6 +63,36 @@ class RunRecord:
             "top_probability": self.top_probability,
             "attempts": self.attempts,
         }
+
+
+def read_record(values: dict[str, Any]) -> RunRecord:
+    """Read what `RunRecord.to_dict` wrote, from wherever; raises `InputError` naming the field."""
+    try:
+        plan, fault = Plan.from_dict(values["plan"]), Fault.from_dict(values["fault"])
+        record = RunRecord(**{**values, "plan": plan, "fault": fault})
+    except (KeyError, TypeError) as error:
+        raise InputError("record", f"is not one of this version: {error}") from None
+    fault.check_against(plan)
+    for name in ("id", "created", "status", "code_version"):
+        if not isinstance(getattr(record, name), str):
+            raise InputError(name, "must be text")
+    if not valid_run_id(record.id):
+        raise InputError("id", f"must be like {new_run_id()}, got {record.id!r:.60}")
+    if record.status not in STATUSES:
+        raise InputError("status", f"must be one of {', '.join(STATUSES)}")
+    if len(record.code_version) > _MAX_TEXT or len(str(record.error)) > _MAX_TEXT:
+        raise InputError("record", f"must have texts of {_MAX_TEXT} characters at most")
+    try:
+        aware = datetime.fromisoformat(record.created).tzinfo is not None
+    except ValueError:
+        aware = False
+    if not aware:
+        raise InputError("created", "must be a time with its zone, such as 2026-11-23T06:15:00Z")
+    if record.top_probability is not None:
+        checked_number("top_probability", record.top_probability, 0.0, 1.0)
+    if not isinstance(record.attempts, int):
+        raise InputError("attempts", "must be a whole number")
+    return record
 
 
 def new_run_id() -> str:

@@ -194,13 +194,7 @@ class RunStore:
 
     def load_result(self, run_id: str) -> tuple[Diagnosis, GroundedReport]:
         """Diagnosis and report as saved."""
-        path = self._file(run_id, "run.json")
-        values = read_json(path)
-        try:
-            diagnosis = Diagnosis.from_dict(values["diagnosis"])
-            return diagnosis, _report(values["report"], diagnosis)
-        except (KeyError, TypeError, ValueError) as error:
-            raise StoreError(f"{path} is not a result of this version: {error}") from error
+        return read_result(self._file(run_id, "run.json"))
 
     def recording_path(self, run_id: str) -> Path:
         """Where the run's ``.rrd`` is, or is to be written."""
@@ -266,6 +260,16 @@ def _record(row: sqlite3.Row) -> RunRecord:
     except (InputError, ValueError, TypeError) as error:
         raise StoreError(f"run {row['id']} cannot be read by this version: {error}") from error
     return RunRecord(**values)
+
+
+def read_result(path: Path) -> tuple[Diagnosis, GroundedReport]:
+    """Diagnosis and report in a ``run.json``; raises `StoreError`."""
+    values = read_json(path)
+    try:
+        diagnosis = Diagnosis.from_dict(values["diagnosis"])
+        return diagnosis, _report(values["report"], diagnosis)
+    except (KeyError, TypeError, ValueError) as error:
+        raise StoreError(f"{path} is not a result of this version: {error}") from error
 
 
 def _report(values: dict[str, Any], diagnosis: Diagnosis) -> GroundedReport:
