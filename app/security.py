@@ -74,13 +74,14 @@ class SecurityHeaders:
 class BodyLimit:
     """Refuses requests whose body is larger than `MAX_BODY_BYTES`, announced or not."""
 
-    def __init__(self, app: ASGIApp) -> None:
-        """Wrap ``app``."""
+    def __init__(self, app: ASGIApp, uncounted: Sequence[str] = ()) -> None:
+        """Wrap ``app``; the paths ``uncounted`` take files, and count their bytes themselves."""
         self._app = app
+        self._uncounted = frozenset(uncounted)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass the request on, or answer 413."""
-        if scope["type"] != "http":
+        if scope["type"] != "http" or scope["path"] in self._uncounted:
             await self._app(scope, receive, send)
             return
         announced = Headers(scope=scope).get("content-length", "0")

@@ -20,7 +20,7 @@ from fastapi import FastAPI, Request, Response
 from fastapi.responses import HTMLResponse
 from starlette.middleware.trustedhost import TrustedHostMiddleware
 
-from app import result_files
+from app import result_files, run_files
 from app.access import TokenGate, link, names_of, sandbox_prefix, token_for
 from app.live import Sessions
 from app.pages import callbacks, comparing, shell
@@ -94,12 +94,13 @@ def create_app(
     recordings.mount(server)
     mount_reports(server, store)
     result_files.mount(server)
+    run_files.mount(server, store)
     _mount_pages(server, dash, store)
     # Dash does this on the first request to a path of its own; the first one may name a page of
     # ours, which would come without its scripts and styles.
     dash._setup_server()  # type: ignore[no-untyped-call]  # dash
     policy = content_security_policy([*dash.csp_hashes(), _script_hash(_SCHEME_SCRIPT)])
-    server.add_middleware(BodyLimit)
+    server.add_middleware(BodyLimit, uncounted=(run_files.IMPORT_PATH,))
     if token is not None:
         server.add_middleware(TokenGate, token=token, port=port)
     server.add_middleware(TrustedHostMiddleware, allowed_hosts=names_of(host))
