@@ -30,7 +30,7 @@ from core.twin.conditions import FUEL_LB, Setting
 from core.twin.constants import CRUISE_MIXTURE, CRUISE_PSF
 from core.twin.hand import STILL, Drift, Hand
 from core.twin.pilot import Pilot, Targets
-from core.twin.plan import DT_S, Plan, Weather
+from core.twin.plan import DT_S, Leg, Plan, Weather
 from core.twin.trajectory import STATE_INDEX, STATE_NAMES
 
 Array = NDArray[np.float64]
@@ -137,6 +137,7 @@ class Aircraft:
         self._healthy_friction_hp = self._friction.get_double_value()
         self._factors = HEALTHY
         self._hand = Hand(setting.hand_stream) if setting.hand_stream else None
+        self._plan = plan
         self._pilot = Pilot(plan) if plan.legs or self._hand else None
         self._steering = [self._node(name) for name in _STEERING_PROPERTIES]
         self._lever = self._leaned(CRUISE_MIXTURE)
@@ -224,9 +225,14 @@ class Aircraft:
         states += _OFFSET
         return states
 
-    def _tick(self, factors: EngineFactors) -> None:
-        if self._pilot is not None:
-            self._steer(self._pilot.next(), self._hand.next() if self._hand else STILL)
+    def told(self, leg: Leg, tick: int) -> None:
+        """Have the pilot take up new targets at ``tick``, which is flown next."""
+        if self._pilot is None:
+            self._pilot = Pilot(self._plan, tick)
+        self._pilot.told(leg)
+
+    def correct(self, factors: EngineFactors) -> None:
+        """Let the engine run with these corrections."""
         if factors != self._factors:
             self._factors = factors
             self._throttle.set_double_value(factors.throttle)
@@ -234,6 +240,11 @@ class Aircraft:
             self._breathing.set_double_value(self._healthy_breathing * factors.charge)
             self._friction.set_double_value(self._healthy_friction_hp + factors.friction_hp)
         self._mixture.set_double_value(self._lever * factors.mixture)
+
+    def _tick(self, factors: EngineFactors) -> None:
+        if self._pilot is not None:
+            self._steer(self._pilot.next(), self._hand.next() if self._hand else STILL)
+        self.correct(factors)
 
     def _steer(self, targets: Targets, drift: Drift) -> None:
         values = (

@@ -1,6 +1,7 @@
 """Flying a plan: one trajectory, or the faulted flight beside its mirror (paper section 3.3)."""
 
 from array import array
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,11 +13,12 @@ from core.fmea.fault import Fault
 from core.fmea.injection import FaultState
 from core.fmea.laws import TICK_S, Drivers
 from core.fmea.powerplant import HEALTHY, EngineFactors, engine_factors
+from core.twin.actions import Action, Repair, SetFault, SetTarget, at_tick, in_order, tick_of
 from core.twin.aircraft import STEPS_PER_TICK, Aircraft, drivers_along
 from core.twin.avionics import Avionics
 from core.twin.conditions import Setting, flown, mirrored
 from core.twin.noise import SensorNoise
-from core.twin.plan import DT_S, Plan
+from core.twin.plan import DT_S, Leg, Plan
 from core.twin.sensors import SensorSynthesiser
 from core.twin.trajectory import Pair, Trajectory
 
@@ -35,8 +37,27 @@ class _Flight:
         self._aircraft = None if in_formation else Aircraft(plan, setting)
         self._sensors = SensorSynthesiser(setting)
         self._avionics = Avionics(setting)
+        self._seed = plan.seed
+        self._fault = self._begun(fault, 0)
+
+    def _begun(self, fault: Fault, tick: int) -> FaultState | None:
         is_faulted = fault.mode != "nominal" and fault.severity > 0.0
-        self._fault = FaultState(fault, plan.seed) if is_faulted else None
+        return FaultState(fault, self._seed, tick) if is_faulted else None
+
+    def told(self, leg: Leg, tick: int) -> None:
+        """New targets from ``tick``, flown next; in formation there is nobody to tell."""
+        if self._aircraft is not None:
+            self._aircraft.told(leg, tick)
+
+    def change(self, fault: Fault, tick: int) -> None:
+        """Have that fault and no other from ``tick`` on, which is flown next."""
+        had = self._fault
+        if had is not None and had.is_active and fault.severity > 0.0 and _same(had.fault, fault):
+            had.regrade(fault.severity)
+            return
+        self._fault = self._begun(fault, tick)
+        if self._aircraft is not None:
+            self._aircraft.correct(HEALTHY)
 
     def advance(self, time_s: Array, noise: Array, path: Array | None = None) -> Trajectory:
         """Fly the samples at ``time_s`` (n,) under ``noise`` (n, 23), along ``path`` if given."""
@@ -72,6 +93,11 @@ class _Flight:
         return states, effects_of(defects).held(STEPS_PER_TICK, n)
 
 
+def _same(one: Fault, other: Fault) -> bool:
+    """Whether two faults break the same thing."""
+    return (one.mode, one.target_cylinder) == (other.mode, other.target_cylinder)
+
+
 class _Clock:
     """Cuts a plan into blocks of whole ticks."""
 
@@ -82,9 +108,14 @@ class _Clock:
     def progress(self) -> float:
         return self._done / self._n_steps
 
-    def next(self, seconds: float) -> Array | None:
+    @property
+    def tick(self) -> int:
+        """The tick that comes next."""
+        return self._done // STEPS_PER_TICK
+
+    def next(self, ticks: int) -> Array | None:
         """Times (n,) of the next block; None at the end of the plan."""
-        n = min(max(round(seconds / TICK_S), 1) * STEPS_PER_TICK, self._n_steps - self._done)
+        n = min(ticks * STEPS_PER_TICK, self._n_steps - self._done)
         if n <= 0:
             return None
         time_s: Array = (self._done + np.arange(n, dtype=np.float64)) * DT_S
@@ -92,22 +123,33 @@ class _Clock:
         return time_s
 
 
+def _ticks(seconds: float) -> int:
+    return max(round(seconds / TICK_S), 1)
+
+
 class PairFlight:
     """A pair in flight, advanced block by block; blocks of any size give the same bytes.
 
-    In lab the faulted aircraft is flown only where the fault reaches the engine. Otherwise its
+    In lab the faulted aircraft is flown only where a fault reaches the engine. Otherwise its
     path is the mirror's, and only the fault's effects and the sensors are computed for it.
     """
 
-    def __init__(self, plan: Plan, fault: Fault) -> None:
-        """Trim both aircraft; raises `InputError` (onset) or `FlightError` (no trim)."""
+    def __init__(
+        self, plan: Plan, fault: Fault, actions: Iterable[Action] = (), *, live: bool = False
+    ) -> None:
+        """Trim both aircraft; raises `InputError` (onset, action) or `FlightError` (no trim).
+
+        ``live``: more may come by `act`, which costs a second flight whatever the fault.
+        """
         fault.check_against(plan)
         self.plan, self.fault = plan, fault
+        self._to_come = list(in_order(actions, plan))
         self._clock = _Clock(plan)
         setting, mirror_setting = flown(plan), mirrored(plan)
         is_field = setting.is_field
-        reaches_engine = catalogue()[fault.mode].moves_engine and fault.severity > 0.0
-        self._flies_apart = reaches_engine or is_field
+        faults = [fault, *(each.fault for each in self._to_come if isinstance(each, SetFault))]
+        self._flies_apart = live or is_field or any(map(_reaches_engine, faults))
+        self._is_live = live
         self._noise = SensorNoise(setting)
         self._mirror_noise = SensorNoise(mirror_setting) if is_field else None
         self._mirror = _Flight(plan, NOMINAL, mirror_setting)
@@ -118,11 +160,48 @@ class PairFlight:
         """Share of the flight flown, 0-1."""
         return self._clock.progress
 
+    @property
+    def flown_s(self) -> float:
+        """Seconds flown; what is done now takes effect there."""
+        return round(self._clock.tick * TICK_S, 1)
+
+    def act(self, action: Action) -> Action:
+        """Do something at its time, or now if that has passed; returns it at the time it happens.
+
+        Raises `InputError` if the flight is over by then.
+        """
+        if not self._is_live:
+            raise ValueError("this flight is not live")
+        happens = at_tick(action, max(tick_of(action), self._clock.tick))
+        self._to_come = list(in_order([*self._to_come, happens], self.plan))
+        return happens
+
     def advance(self, seconds: float) -> Pair | None:
         """Fly on for ``seconds`` (in whole ticks of 0.1 s); None once the plan has been flown."""
-        time_s = self._clock.next(seconds)
-        if time_s is None:
-            return None
+        until = self._clock.tick + _ticks(seconds)
+        blocks: list[Pair] = []
+        while (now := self._clock.tick) < until:
+            while self._to_come and tick_of(self._to_come[0]) <= now:
+                self._do(self._to_come.pop(0), now)
+            pause = min(until, tick_of(self._to_come[0])) if self._to_come else until
+            time_s = self._clock.next(pause - now)
+            if time_s is None:
+                break
+            blocks.append(self._fly(time_s))
+        return Pair.joined(blocks) if blocks else None
+
+    def _do(self, action: Action, tick: int) -> None:
+        """Both pilots are told the same; only the faulted engine is ever touched."""
+        match action:
+            case SetTarget():
+                self._mirror.told(action.leg, tick)
+                self._faulted.told(action.leg, tick)
+            case SetFault():
+                self._faulted.change(action.fault, tick)
+            case Repair():
+                self._faulted.change(NOMINAL, tick)
+
+    def _fly(self, time_s: Array) -> Pair:
         noise = self._noise.next(len(time_s))
         mirror_noise = self._mirror_noise.next(len(time_s)) if self._mirror_noise else noise
         mirror = self._mirror.advance(time_s, mirror_noise)
@@ -130,20 +209,21 @@ class PairFlight:
         return Pair(self._faulted.advance(time_s, noise, path), mirror)
 
 
+def _reaches_engine(fault: Fault) -> bool:
+    return catalogue()[fault.mode].moves_engine and fault.severity > 0.0
+
+
 BLOCK_S = 300.0
 """Whole flights are computed in blocks of this length, to keep memory flat on long ones."""
 
 
-def fly_pair(plan: Plan, fault: Fault) -> Pair:
+def fly_pair(plan: Plan, fault: Fault, actions: Iterable[Action] = ()) -> Pair:
     """The whole pair; raises `InputError` or `FlightError`."""
-    flight = PairFlight(plan, fault)
+    flight = PairFlight(plan, fault, actions)
     blocks: list[Pair] = []
     while (block := flight.advance(BLOCK_S)) is not None:
         blocks.append(block)
-    return Pair(
-        Trajectory.joined([block.faulted for block in blocks]),
-        Trajectory.joined([block.mirror for block in blocks]),
-    )
+    return Pair.joined(blocks)
 
 
 def fly(plan: Plan, fault: Fault = NOMINAL) -> Trajectory:
@@ -152,6 +232,6 @@ def fly(plan: Plan, fault: Fault = NOMINAL) -> Trajectory:
     setting, clock = flown(plan), _Clock(plan)
     flight, noise = _Flight(plan, fault, setting), SensorNoise(setting)
     blocks: list[Trajectory] = []
-    while (time_s := clock.next(BLOCK_S)) is not None:
+    while (time_s := clock.next(_ticks(BLOCK_S))) is not None:
         blocks.append(flight.advance(time_s, noise.next(len(time_s))))
     return Trajectory.joined(blocks)

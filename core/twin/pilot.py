@@ -6,6 +6,7 @@ rich, so that the air-fuel ratio stays. Where a plan has no legs the lever is se
 """
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 from core.fmea.laws import TICK_S
@@ -39,17 +40,23 @@ class Targets(NamedTuple):
 class Pilot:
     """Flies the legs one after the other; holds what was reached in between."""
 
-    def __init__(self, plan: Plan) -> None:
-        """On the plan's altitude, speed and heading, leaned for cruise."""
+    def __init__(self, plan: Plan, tick: int = 0) -> None:
+        """On the plan's altitude, speed and heading, leaned for cruise; ``tick`` comes next."""
         self._kt_per_s = FIELD_KT_PER_S if plan.conditions == "field" else math.inf
         self._legs = list(plan.legs)
-        self._tick = 0
+        self._tick = tick
         self._held: Targets | None = None
         self._altitude_ft = self._to_altitude_ft = plan.altitude_ft
         self._speed_kt = self._to_speed_kt = plan.speed_kt
         self._heading_deg = plan.heading_deg
         self._mixture = self._to_mixture = CRUISE_MIXTURE
         self._capture_until_s = -math.inf
+
+    def told(self, leg: Leg) -> None:
+        """Take up new targets at the next tick, after those that the plan has there."""
+        leg = replace(leg, start_s=self._tick * TICK_S)
+        sooner = sum(planned.start_s <= leg.start_s for planned in self._legs)
+        self._legs.insert(sooner, leg)
 
     def next(self) -> Targets:
         """The targets of the next tick (0.1 s)."""

@@ -77,3 +77,13 @@ class Pair:
     def __getitem__(self, rows: slice) -> "Pair":
         """The samples in ``rows`` of both flights."""
         return Pair(self.faulted[rows], self.mirror[rows])
+
+    @staticmethod
+    def joined(blocks: "list[Pair]") -> "Pair":
+        """Consecutive blocks as one pair."""
+        if len(blocks) == 1:
+            return blocks[0]
+        return Pair(
+            Trajectory.joined([block.faulted for block in blocks]),
+            Trajectory.joined([block.mirror for block in blocks]),
+        )
