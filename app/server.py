@@ -34,6 +34,7 @@ from core.errors import InputError, WorkerError
 from core.jobs.engine import Engine
 from core.jobs.store import RunStore, default_root
 from core.paths import ASSETS
+from core.teach.classroom import Classroom
 
 # Sets the colours before the first paint, from the choice that Mantine remembers or the system's.
 _SCHEME_SCRIPT = (
@@ -87,7 +88,8 @@ def create_app(
     dash = _dash_app(server)
     sessions = Sessions(engine, store, scenes, desk)
     sandbox = sandbox_prefix(token)
-    services = callbacks.Services(engine, store, sessions, recorder, desk, sandbox)
+    classroom = Classroom(store, engine.fly_unseen)
+    services = callbacks.Services(engine, store, sessions, recorder, desk, classroom, sandbox)
     callbacks.register(dash, services)
     comparing.register(dash, engine, store, recorder)
     scenes.mount(server)

@@ -19,6 +19,7 @@ from app.pages import (
     playback,
     report_callbacks,
     runs,
+    teach_callbacks,
 )
 from app.pages.report_writing import ReportDesk
 from app.pages.run_view import RunView, alert
@@ -39,6 +40,7 @@ from core.experiments.shelf import take
 from core.fmea.fault import Fault
 from core.jobs.engine import Engine
 from core.jobs.store import RunStore
+from core.teach.classroom import Classroom
 from core.twin.plan import Plan
 
 if TYPE_CHECKING:  # it loads torch
@@ -61,6 +63,7 @@ class Services:
     sessions: Sessions
     recorder: Recorder
     desk: ReportDesk
+    classroom: Classroom
     sandbox_prefix: str = ""
 
 
@@ -82,6 +85,7 @@ def register(app: Dash, services: Services) -> None:
         app, lambda session_id, time_s: services.sessions.get(session_id).seek(time_s)
     )
     library.register(app)
+    teach_callbacks.register(app, services.classroom, services.store)
     report_callbacks.register(app, services.desk, _alert)
 
 
@@ -104,7 +108,7 @@ def _register_address(app: Dash, services: Services) -> None:
         if address.kind == kind == "fly":
             return no_update, no_update, address.run_id, address.title
         services.sessions.get(session_id).clear()
-        page = await asyncio.to_thread(_page, address, services.store)
+        page = await asyncio.to_thread(_page, address, services)
         return page, address.kind, address.run_id, address.title
 
     _in_browser(
@@ -124,7 +128,8 @@ def _register_address(app: Dash, services: Services) -> None:
     )
 
 
-def _page(address: Address, store: RunStore) -> html.Div:
+def _page(address: Address, services: Services) -> html.Div:
+    store = services.store
     match address.kind:
         case "fly":
             return fly.layout(replace(DEFAULT_FAULT, mode=address.mode or DEFAULT_FAULT.mode))
@@ -136,6 +141,8 @@ def _page(address: Address, store: RunStore) -> html.Div:
             return faults.catalogue_layout()
         case "results" | "compare":
             return library.layout(address, store)
+        case "teach":
+            return teach_callbacks.layout(address.attempt_id, services.classroom)
         case _:
             return missing.layout(address.problem)
 

@@ -15,8 +15,9 @@ from core.errors import StoreError
 from core.fmea.catalogue import catalogue
 from core.jobs.records import valid_run_id
 from core.jobs.store import RunStore
+from core.teach.classroom import has_attempt
 
-PageKind = Literal["fly", "runs", "compare", "faults", "results", "missing"]
+PageKind = Literal["fly", "runs", "compare", "faults", "results", "teach", "missing"]
 
 RUN_PREFIX = "/run/"
 
@@ -29,6 +30,7 @@ PAGES: dict[PageKind, tuple[str, str]] = {
     "compare": ("Compare", "/compare"),
     "faults": ("Faults", "/faults"),
     "results": ("Results", "/results"),
+    "teach": ("Teach", "/teach"),
 }
 """What the header leads to: name and address."""
 
@@ -38,7 +40,8 @@ class Address:
     """What a path names. ``problem`` says to a person why there is nothing there.
 
     ``mode`` is the failure mode that the page is about, ``run_ids`` are the runs compared or
-    ``preset`` the set of them, and ``result`` is the experiment shown.
+    ``preset`` the set of them, ``result`` is the experiment shown and
+    ``attempt_id`` the mystery flight.
     """
 
     kind: PageKind
@@ -48,6 +51,7 @@ class Address:
     run_ids: tuple[str, ...] = ()
     preset: str | None = None
     result: str | None = None
+    attempt_id: str | None = None
 
     @property
     def title(self) -> str:
@@ -82,6 +86,10 @@ def read_address(path: str, store: RunStore) -> Address:
             return _comparison_address(name, store)
         case "results" if not name or name in EXHIBITS:
             return Address("results", result=name or None)
+        case "teach" if not name or has_attempt(store, name):
+            return Address("teach", attempt_id=name or None)
+        case "teach":
+            return Address("missing", problem=f"There is no mystery flight “{name[:60]}” here.")
         case _:
             return Address("missing", problem=f"There is no page at {path[:80]}.")
 
