@@ -9,6 +9,7 @@ Beside the runs and not among them: until it is over, a mystery flight has no re
 and no report that any page, address or list could show. Then it becomes an ordinary run.
 """
 
+import logging
 import secrets
 import threading
 from collections.abc import Callable
@@ -29,6 +30,8 @@ from core.teach.challenge import Challenge, draw
 from core.teach.scoring import Mark, score
 from core.twin.plan import Plan
 from core.twin.trajectory import Pair, Trajectory
+
+logger = logging.getLogger(__name__)
 
 MAX_SHOWN = 100
 """Attempts looked through for a learner's own, newest first."""
@@ -72,8 +75,9 @@ class Classroom:
         plan, fault = draw(challenge, self._secret())
         try:
             flown = self._fly(plan, fault)
-        except MirrorTwinError:
-            # What went wrong may name what was flown.
+        except MirrorTwinError as error:
+            # What went wrong may name what was flown: for the log, not for the learner.
+            logger.warning("a mystery flight could not be flown: %s", error)
             raise WorkerError(UNFLOWN) from None
         attempt = Attempt(new_run_id(), learner, challenge, begun="")
         folder = self._root / attempt.id
