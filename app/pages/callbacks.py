@@ -17,6 +17,7 @@ from app.pages import (
     library,
     missing,
     playback,
+    present,
     report_callbacks,
     runs,
     teach_callbacks,
@@ -85,6 +86,7 @@ def register(app: Dash, services: Services) -> None:
         app, lambda session_id, time_s: services.sessions.get(session_id).seek(time_s)
     )
     library.register(app)
+    present.register(app)
     teach_callbacks.register(app, services.classroom, services.store)
     report_callbacks.register(app, services.desk, _alert)
 

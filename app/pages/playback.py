@@ -11,6 +11,7 @@ import dash_mantine_components as dmc
 from dash import ClientsideFunction, Dash, Input, Output, State, dcc, html
 
 from app.pages.attributes import attributes
+from app.pages.present import present_button
 from app.panels.axes import clock
 
 SPEEDS = (1, 10, 60)
@@ -44,6 +45,7 @@ def playback_bar() -> html.Div:
                 className="scrub",
             ),
             html.Output(clock(0.0), id="scrub-time", className="mono"),
+            present_button(),
             dcc.Store(id="cursor", data=None),
         ],
         className="playback",

@@ -10,6 +10,7 @@ from app import theme
 from app.live import new_session_id
 from app.pages.attributes import attributes
 from app.pages.exhibits import EXHIBITS
+from app.pages.present import PRESENT_PREFIX
 from app.panels.comparison import MAX_RUNS
 from core.errors import StoreError
 from core.fmea.catalogue import catalogue
@@ -75,8 +76,9 @@ def read_address(path: str, store: RunStore) -> Address:
         return Address("fly")
     if path == "/runs":
         return Address("runs")
-    if path.startswith(RUN_PREFIX):
-        return _run_address(path.removeprefix(RUN_PREFIX), store)
+    for prefix in (RUN_PREFIX, PRESENT_PREFIX):
+        if path.startswith(prefix):
+            return _run_address(path.removeprefix(prefix), store)
     _, head, *rest = path.split("/", 2)
     name = rest[0] if rest else ""
     match head:
