@@ -19,7 +19,7 @@ from app.pages import (
     playback,
     present,
     report_callbacks,
-    runs,
+    runs_callbacks,
     teach_callbacks,
 )
 from app.pages.report_writing import ReportDesk
@@ -86,6 +86,7 @@ def register(app: Dash, services: Services) -> None:
         app, lambda session_id, time_s: services.sessions.get(session_id).seek(time_s)
     )
     library.register(app)
+    runs_callbacks.register(app, services.store)
     present.register(app)
     teach_callbacks.register(app, services.classroom, services.store)
     report_callbacks.register(app, services.desk, _alert)
@@ -136,7 +137,7 @@ def _page(address: Address, services: Services) -> html.Div:
         case "fly":
             return fly.layout(replace(DEFAULT_FAULT, mode=address.mode or DEFAULT_FAULT.mode))
         case "runs":
-            return runs.layout(store.records())
+            return runs_callbacks.page(store)
         case "faults" if address.mode is not None:
             return fault_page.mode_layout(address.mode, take("signs"))
         case "faults":

@@ -1,0 +1,140 @@
+"""Runs over HTTP: taken along, brought back, and nothing else let in."""
+
+import socket
+import threading
+import time
+import zipfile
+from collections.abc import Iterator
+from io import BytesIO
+
+import httpx
+import pytest
+import uvicorn
+from fastapi import FastAPI
+
+from app import run_files
+from core.diagnosis.predict import load_diagnoser
+from core.experiments.g1000 import read_log
+from core.fmea.fault import Fault
+from core.jobs.keeping import discard
+from core.jobs.store import RunStore
+from core.report.template import write_report
+from core.twin.flight import fly_pair
+from core.twin.plan import Plan
+
+ZIP = {"Content-Type": run_files.ZIP}
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory: pytest.TempPathFactory) -> RunStore:
+    return RunStore(tmp_path_factory.mktemp("store"))
+
+
+@pytest.fixture(scope="module")
+def run_id(store: RunStore) -> str:
+    """A finished run without a recording, as the command line leaves one."""
+    plan, fault = Plan(duration_s=60.0, seed=5), Fault("engine_failure", 0.8, 20.0)
+    pair = fly_pair(plan, fault)
+    name = store.create(plan, fault).id
+    diagnosis = load_diagnoser().diagnose(pair)
+    store.save_pair(name, pair)
+    store.save_result(name, diagnosis, write_report(diagnosis))
+    return name
+
+
+@pytest.fixture(scope="module")
+def client(store: RunStore) -> Iterator[httpx.Client]:
+    """The routes alone, served by uvicorn: real sockets, since bodies are what this is about."""
+    app = FastAPI()
+    run_files.mount(app, store)
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        server = uvicorn.Server(uvicorn.Config(app, log_level="error"))
+        thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
+        thread.start()
+        while not server.started:
+            time.sleep(0.01)
+        with httpx.Client(base_url=f"http://127.0.0.1:{listener.getsockname()[1]}") as client:
+            yield client
+        server.should_exit = True
+        thread.join()
+
+
+def test_a_run_is_taken_along_and_brought_back(
+    client: httpx.Client, store: RunStore, run_id: str
+) -> None:
+    answer = client.get(run_files.export_path([run_id]))
+    assert answer.status_code == 200
+    assert f"mirrortwin-{run_id}.zip" in answer.headers["content-disposition"]
+    names = zipfile.ZipFile(BytesIO(answer.content)).namelist()
+    assert f"{run_id}/run.rrd" in names and f"{run_id}/report.html" in names
+    record = store.get(run_id)
+    again = client.post(run_files.IMPORT_PATH, content=answer.content, headers=ZIP)
+    assert again.status_code == 422
+    assert again.json()["problem"].endswith("which is in this store already.")
+    discard(store, [run_id])
+    assert client.get(run_files.export_path([run_id])).status_code == 404
+    back = client.post(run_files.IMPORT_PATH, content=answer.content, headers=ZIP)
+    assert back.json()["imported"][0]["id"] == run_id
+    assert store.get(run_id) == record
+
+
+def test_both_flights_come_as_logs(
+    client: httpx.Client, run_id: str, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    logs = {}
+    for side in run_files.SIDES:
+        answer = client.get(run_files.csv_path(run_id, side))
+        assert answer.headers["content-type"].startswith("text/csv")
+        assert answer.headers["content-disposition"].startswith("attachment")
+        path = tmp_path_factory.mktemp("log") / f"{side}.csv"
+        path.write_bytes(answer.content)
+        logs[side] = read_log(path)
+    assert len(logs["faulted"]) == 60
+    assert logs["faulted"].channel("E1 RPM")[-1] < logs["mirror"].channel("E1 RPM")[-1] - 100.0
+    fast = client.get(run_files.csv_path(run_id, "mirror"), params={"rate": 10})
+    assert len(fast.text.splitlines()) == 3 + 600
+
+
+@pytest.mark.parametrize(
+    ("path", "status", "said"),
+    [
+        ("/runs/files?id=nonsense", 404, "No run 'nonsense'"),
+        ("/runs/nonsense/faulted.csv", 404, "No run 'nonsense'"),
+        ("/runs/{run}/other.csv", 404, "faulted or mirror"),
+        ("/runs/{run}/faulted.csv?rate=3", 422, "Rate: must be one of 1, 2, 5"),
+        ("/runs/files", 422, ""),
+        ("/runs/files?" + "&id=x" * 60, 422, ""),
+    ],
+)
+def test_what_cannot_be_had_is_told(
+    client: httpx.Client, run_id: str, path: str, status: int, said: str
+) -> None:
+    answer = client.get(path.format(run=run_id))
+    assert answer.status_code == status
+    assert said in answer.text and "Traceback" not in answer.text
+
+
+def test_only_a_zip_from_a_page_of_ours_is_taken(client: httpx.Client) -> None:
+    path = run_files.IMPORT_PATH
+    for headers in ({}, {"Content-Type": "text/plain"}, {**ZIP, "Origin": "http://evil.example"}):
+        assert client.post(path, content=b"PK", headers=headers).status_code == 415
+    answer = client.post(path, content=b"#airframe_info", headers=ZIP)
+    assert answer.status_code == 422
+    assert answer.json()["problem"].startswith("The file is not a zip file")
+    assert client.get(path).status_code == 405
+
+
+def test_uploads_are_bounded_announced_or_not(
+    client: httpx.Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(run_files, "MAX_PACKED", 3 << 20)
+
+    def drip() -> Iterator[bytes]:
+        for _ in range(64):
+            yield bytes(65_536)
+
+    big = client.post(run_files.IMPORT_PATH, content=bytes((3 << 20) + 1), headers=ZIP)
+    dripped = client.post(run_files.IMPORT_PATH, content=drip(), headers=ZIP)
+    for answer in (big, dripped):
+        assert answer.status_code == 413
+        assert answer.json()["problem"] == "The file is larger than 3 MB."

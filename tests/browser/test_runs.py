@@ -1,0 +1,120 @@
+"""The page Runs in a real browser: find, mark, take along, throw away, have back."""
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Locator, Page, expect
+
+from core.diagnosis.predict import load_diagnoser
+from core.fmea.fault import Fault
+from core.jobs.store import RunStore
+from core.report.template import write_report
+from core.twin.flight import fly_pair
+from core.twin.plan import Plan
+
+pytestmark = pytest.mark.browser
+
+TIMEOUT_MS = 120_000
+MARKUP = "<img src=x onerror=document.title='owned'>"
+
+
+@pytest.fixture(scope="module")
+def store(start_one_server: Any) -> Iterator[tuple[str, RunStore]]:
+    """A server of our own, since runs are deleted, and three runs stored beside it."""
+    server = start_one_server()
+    store = RunStore(server.store)
+    plan = Plan(duration_s=60.0, seed=11)
+    for mode in ("nominal", "engine_failure", "baffle_crack"):
+        fault = Fault(mode, 0.8, 20.0)
+        pair = fly_pair(plan, fault)
+        run_id = store.create(plan, fault).id
+        diagnosis = load_diagnoser().diagnose(pair)
+        store.save_pair(run_id, pair)
+        store.save_result(run_id, diagnosis, write_report(diagnosis))
+    yield server.url, store
+    store.close()
+
+
+def test_runs_are_found_marked_exported_deleted_and_had_back(
+    page: Page, store: tuple[str, RunStore], console_errors: list[str], tmp_path: Path
+) -> None:
+    page.set_default_timeout(TIMEOUT_MS)
+    expect.set_options(timeout=TIMEOUT_MS)
+    url, runs = store
+    page.goto(f"{url}/runs")
+    rows = page.locator(".ag-center-cols-container .ag-row")
+    expect(rows).to_have_count(3)
+
+    def cell(fault: str, column: str) -> Locator:
+        return rows.filter(has_text=fault).locator(f"[col-id={column}]")
+
+    # Written in place, kept in the store, and text whatever it looks like.
+    cell("Engine failure", "tags").dblclick()
+    page.keyboard.type(f"shop floor, {MARKUP[:30]}")
+    page.keyboard.press("Enter")
+    expect(cell("Engine failure", "tags").locator(".runs-tag")).to_have_count(2)
+    cell("Engine failure", "note").dblclick()
+    page.keyboard.type(MARKUP)
+    page.keyboard.press("Enter")
+    expect(cell("Engine failure", "note")).to_have_text(MARKUP)
+    cell("Nominal", "tags").dblclick()
+    page.keyboard.type("x" * 40)
+    page.keyboard.press("Enter")
+    expect(page.locator("#runs-problem")).to_contain_text("1 to 32 characters")
+    expect(cell("Nominal", "tags")).to_have_text("")
+    page.reload()
+    expect(cell("Engine failure", "note")).to_have_text(MARKUP)
+    expect(page).to_have_title("Runs · MirrorTwin")
+
+    page.get_by_label("Search runs").fill("shop floor")
+    expect(rows).to_have_count(1)
+    # By keyboard alone: the cell with the focus chooses its row and opens its run.
+    cell("Engine failure", "fault").focus()
+    page.keyboard.press("Space")
+    expect(page.get_by_role("button", name="Delete")).to_be_enabled()
+    page.get_by_role("button", name="Export").click()
+    with page.expect_download() as log:
+        page.get_by_role("menuitem", name=re.compile("Faulted flight")).click()
+    assert log.value.suggested_filename.endswith("-faulted.csv")
+    page.get_by_role("button", name="Export").click()
+    with page.expect_download() as parcel:
+        page.get_by_role("menuitem", name=re.compile("Everything")).click()
+    parcel.value.save_as(tmp_path / "run.zip")
+
+    page.get_by_role("button", name="Delete").click()
+    expect(page.locator("#runs-notice")).to_have_text(
+        "1 run deleted. It can be had back for a day."
+    )
+    expect(rows).to_have_count(0)
+    page.reload()
+    expect(rows).to_have_count(2)
+    page.get_by_role("button", name="Undo").click()
+    expect(rows).to_have_count(3)
+    expect(cell("Engine failure", "note")).to_have_text(MARKUP)
+    assert len(runs.records()) == 3
+
+    # Deleted again, and brought back from the file.
+    cell("Engine failure", "fault").focus()
+    page.keyboard.press("Space")
+    page.get_by_role("button", name="Delete").click()
+    expect(rows).to_have_count(2)
+    with page.expect_file_chooser() as chooser:
+        page.get_by_role("button", name="Import").click()
+    chooser.value.set_files(tmp_path / "run.zip")
+    expect(page.locator("#runs-notice")).to_contain_text("1 run imported")
+    expect(cell("Engine failure", "note")).to_have_text(MARKUP)
+    assert console_errors == []
+
+    for fault in ("Nominal", "Engine failure"):
+        rows.filter(has_text=fault).get_by_role("checkbox").click()
+    page.get_by_role("button", name="Compare 2").click()
+    expect(page.locator("#compare-channels-figure .scatterlayer .js-line").first).to_be_visible()
+    page.go_back()
+    cell("Baffle crack", "fault").focus()
+    page.keyboard.press("Enter")
+    expect(page.locator("#run-title")).to_contain_text("Baffle crack")
+    assert page.title() != "owned"
+    assert console_errors == []
