@@ -6,9 +6,9 @@ import pickle
 import secrets
 import threading
 from collections import OrderedDict
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable
 from functools import partial
-from typing import IO, TYPE_CHECKING, Any, TypeVar
+from typing import IO, TYPE_CHECKING, TypeVar
 
 from distributed import CancelledError, Client, Future, KilledWorker
 
@@ -18,9 +18,12 @@ from core.fmea.fault import Fault
 from core.jobs.cluster import Cluster
 from core.jobs.events import Cancelled, Event, Failed, FinalEvent, Finished, Progress, Started
 from core.jobs.feed import Feed, Subscription
+from core.jobs.live import Control, checked_pace
 from core.jobs.records import RunRecord
 from core.jobs.store import SERVER_STOPPED, RunStore
-from core.jobs.worker import TOPIC, RunResult, diagnose_task, fly_task, fly_unseen_task
+from core.jobs.submitted import Outcome, Submitted
+from core.jobs.worker import TOPIC, RunResult, diagnose_task, fly_task, fly_unseen_task, live_task
+from core.twin.actions import Action, commanded, in_order
 from core.twin.plan import Plan
 
 if TYPE_CHECKING:  # it loads torch
@@ -34,6 +37,9 @@ MAX_ATTEMPTS = 2
 RECENT_RUNS = 8
 """Ended runs whose events are kept in memory; what came of all others is in the store."""
 
+MAX_LIVE = 100
+"""Live flights in the air at one time: each holds a thread and some memory of a worker."""
+
 STORED = 0.97
 """Progress when all that is left is to store the run."""
 
@@ -44,21 +50,7 @@ WORKER_DIED = (
 CONNECTION_LOST = "the connection to the Dask scheduler broke during this run; press Run again"
 BROKEN = "the worker could not fly this run because of a fault in the program: {}"
 
-Outcome = RunResult | Failed | Cancelled
 _Answer = TypeVar("_Answer", RunResult, Diagnosis)
-
-
-@dataclass(eq=False)
-class _Live:
-    """A run submitted by this process. ``start`` names the attempt whose events count."""
-
-    record: RunRecord
-    key: str
-    feed: Feed = field(default_factory=Feed)
-    future: Future[Outcome] | None = None
-    start: str = ""
-    is_cancelled: bool = False
-    is_worn_out: bool = False
 
 
 class Engine:
@@ -77,20 +69,47 @@ class Engine:
         self.store = store
         self._cluster = Cluster(scheduler, n_workers)
         self._lock = threading.RLock()
-        self._runs: OrderedDict[str, _Live] = OrderedDict()
+        self._runs: OrderedDict[str, Submitted] = OrderedDict()
         self._closing = False
         self._claim = _claim(store)
 
-    def submit(self, plan: Plan, fault: Fault) -> str:
+    def submit(
+        self, plan: Plan, fault: Fault, actions: Iterable[Action] = (), *, pace: float | None = None
+    ) -> str:
         """Enter a run and have it flown; returns its id.
 
-        Raises `InputError` (onset beyond the end), `StoreError` or `WorkerError`.
+        With a ``pace`` (one of `core.jobs.live.PACES`) it is flown live: `act` and `steer` reach
+        it on its way. Raises `InputError` (onset or action beyond the end, no such pace),
+        `StoreError` or `WorkerError`.
         """
         fault.check_against(plan)
+        listed = in_order(actions, plan)
+        control = None if pace is None else Control(plan, checked_pace(pace), listed)
         client = self._cluster.client()
-        record = self.store.create(plan, fault)
-        self._launch(client, record)
+        if control is not None and self._count_live() >= MAX_LIVE:
+            raise WorkerError(f"{MAX_LIVE} live flights are in the air; end one of them first")
+        record = self.store.create(plan, fault, listed)
+        self._launch(client, record, control)
         return record.id
+
+    def act(self, run_id: str, action: Action) -> None:
+        """Do something during a live flight: at its time, or now if that has passed.
+
+        It is stored before the worker hears of it; an Acted event follows. Raises `InputError` if
+        the run is not in the air or ends before, `StoreError`.
+        """
+        with self._lock:
+            self._in_the_air(run_id).act(action)
+
+    def steer(
+        self, run_id: str, *, pace: float | None = None, is_paused: bool | None = None
+    ) -> None:
+        """Have a live flight go on at another pace, pause or go on; a Paced event follows.
+
+        Raises `InputError` if the run is not in the air, or there is no such pace.
+        """
+        with self._lock:
+            self._in_the_air(run_id).steer(pace, is_paused)
 
     def retry(self, run_id: str) -> None:
         """Fly a failed or cancelled run again under its own name.
@@ -132,7 +151,12 @@ class Engine:
         pair = self.store.load_pair(run_id)
         return _answer(
             self._cluster.client().submit(
-                diagnose_task, pair, record.plan, residual, pure=False, priority=10
+                diagnose_task,
+                pair,
+                commanded(record.plan, record.actions),
+                residual,
+                pure=False,
+                priority=10,
             )
         )
 
@@ -180,9 +204,9 @@ class Engine:
 
     # -- inside ----------------------------------------------------------------------------------
 
-    def _launch(self, client: Client, record: RunRecord) -> None:
+    def _launch(self, client: Client, record: RunRecord, control: Control | None = None) -> None:
         key = f"fly-{record.id}-{secrets.token_hex(4)}"
-        live = _Live(record, key)
+        live = Submitted(record, key, client, self.store, control=control)
         live.feed.append(Progress(record.id, "waiting", 0.0))
         with self._lock:
             self._runs[record.id] = live
@@ -190,8 +214,11 @@ class Engine:
             self._forget_old_runs()
             # Every time: a scheduler that was restarted has forgotten who listens.
             client.subscribe_topic(TOPIC, self._on_message)
-            live.future = client.submit(
-                fly_task, key, record.id, record.plan, record.fault, key=key, pure=False
+            flight = (key, record.id, record.plan, record.fault)
+            live.future = (
+                client.submit(fly_task, *flight, record.actions, key=key, pure=False)
+                if control is None
+                else client.submit(live_task, *flight, key=key, pure=False)
             )
             live.future.add_done_callback(partial(self._settle, live))
 
@@ -200,31 +227,43 @@ class Engine:
         for run_id in ended[:-RECENT_RUNS]:
             del self._runs[run_id]
 
-    async def _on_message(self, message: tuple[float, tuple[str, str, str, bytes]]) -> None:
+    def _count_live(self) -> int:
+        return sum(live.is_live for live in self._runs.values())
+
+    def _in_the_air(self, run_id: str) -> Submitted:
+        live = self._runs.get(run_id)
+        if live is None or not live.is_live:
+            raise InputError("run", f"{run_id} is not a live flight in the air")
+        return live
+
+    async def _on_message(self, message: tuple[float, tuple[str, str, str, str, bytes]]) -> None:
         """Take a worker's message; called on Dask's event loop, in the order of sending."""
-        _, (run_id, key, start, pickled) = message
+        _, (run_id, key, address, start, pickled) = message
         live = self._runs.get(run_id)
         if live is None or live.key != key:
             return  # of another server on the same scheduler, or of a submission given up
-        if start != live.start and not self._begin(live, start):
+        if start != live.start and not self._begin(live, address, start):
             if live.future is not None:
                 await live.future.cancel()
             return
-        live.feed.append(pickle.loads(pickled))
+        with self._lock:
+            live.feed.append(live.heard(pickle.loads(pickled)))
 
-    def _begin(self, live: _Live, start: str) -> bool:
+    def _begin(self, live: Submitted, address: str, start: str) -> bool:
         """Note that a worker has begun the run; False if that is once too often."""
         with self._lock:
             attempt = live.record.attempts + 1
             if live.feed.final is not None or attempt > MAX_ATTEMPTS:
                 live.is_worn_out = True
                 return False
-            live.start = start
-            self._change(live, status="running", attempts=attempt)
+            live.change(status="running", attempts=attempt)
             event = Started(live.record.id, attempt)
-            return live.feed.append(event) if attempt == 1 else live.feed.restart(event)
+            begun = live.feed.append(event) if attempt == 1 else live.feed.restart(event)
+            if begun:
+                live.take_off(address, start)
+            return begun
 
-    def _settle(self, live: _Live, future: Future[Outcome]) -> None:
+    def _settle(self, live: Submitted, future: Future[Outcome]) -> None:
         """Store what came of a run; called on Dask's callback thread, one run at a time."""
         run_id = live.record.id
         final: FinalEvent
@@ -242,21 +281,24 @@ class Engine:
         with self._lock:
             live.future = None  # lets the worker forget the flight
             if isinstance(final, Failed):
-                self._change(live, status="failed", error=final.message)
+                live.change(status="failed", error=final.message)
             elif isinstance(final, Cancelled):
-                self._change(live, status="cancelled")
+                live.change(status="cancelled")
             live.feed.append(final)
 
-    def _stored(self, live: _Live, outcome: Outcome) -> FinalEvent:
+    def _stored(self, live: Submitted, outcome: Outcome) -> FinalEvent:
         if not isinstance(outcome, RunResult):
             return outcome
         run_id = live.record.id
         live.feed.append(Progress(run_id, "storing", STORED))
+        if outcome.actions != live.record.actions:
+            with self._lock:
+                live.keep(outcome.actions)
         self.store.save_pair(run_id, outcome.pair)
         live.record = self.store.save_result(run_id, outcome.diagnosis, outcome.report)
         return Finished(run_id)
 
-    def _interrupted(self, live: _Live) -> FinalEvent:
+    def _interrupted(self, live: Submitted) -> FinalEvent:
         run_id = live.record.id
         if live.is_cancelled:
             return Cancelled(run_id)
@@ -264,13 +306,6 @@ class Engine:
             return Failed(run_id, WORKER_DIED, retryable=True)
         message = SERVER_STOPPED if self._closing else CONNECTION_LOST
         return Failed(run_id, message, retryable=True)
-
-    def _change(self, live: _Live, **changes: Any) -> None:
-        live.record = replace(live.record, **changes)
-        try:
-            self.store.update(live.record.id, **changes)
-        except StoreError as error:  # the run goes on; what it comes to may still find room
-            logger.error("run %s: %s", live.record.id, error)
 
     def _record(self, run_id: str) -> RunRecord:
         live = self._runs.get(run_id)

@@ -3,7 +3,7 @@
 The usual order is Progress("waiting"), Started, then Progress, Samples and Probabilities as the
 flight goes on, Diagnosed, Reported, and one of Finished, Failed and Cancelled, which is the last.
 A Started with attempt 2 says that the first worker died: what came before it is void, and samples
-count from 0 again.
+count from 0 again. A live flight also tells Paced and Acted, whenever it is steered.
 """
 
 from dataclasses import dataclass
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from core.diagnosis.diagnosis import Diagnosis
 from core.report.grounded import GroundedReport
+from core.twin.actions import Action
 
 Array32 = NDArray[np.float32]
 Stage = Literal["waiting", "flying", "diagnosing", "reporting", "storing"]
@@ -37,6 +38,27 @@ class Progress:
     run_id: str
     stage: Stage
     fraction: float
+
+
+@dataclass(frozen=True, slots=True)
+class Paced:
+    """A live flight goes at that pace: seconds of it in one, infinite for as fast as it goes."""
+
+    run_id: str
+    pace: float
+    is_paused: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Acted:
+    """All that has been done during a live flight or is still to be, in the order of asking.
+
+    It comes when an action is asked for, and again, with the time at which it really takes effect,
+    before the first samples that show it.
+    """
+
+    run_id: str
+    actions: tuple[Action, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,4 +128,6 @@ class Cancelled:
 
 
 FinalEvent = Finished | Failed | Cancelled
-Event = Started | Progress | Samples | Probabilities | Diagnosed | Reported | FinalEvent
+Event = (
+    Started | Progress | Paced | Acted | Samples | Probabilities | Diagnosed | Reported | FinalEvent
+)

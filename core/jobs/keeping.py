@@ -129,6 +129,7 @@ def delete(store: RunStore, run_ids: Sequence[str]) -> None:
         for run_id in run_ids:
             index.execute("DELETE FROM runs WHERE id = ?", (run_id,))
             index.execute("DELETE FROM labels WHERE run = ?", (run_id,))
+            index.execute("DELETE FROM actions WHERE run = ?", (run_id,))
     for run_id in run_ids:  # after the rows: a folder without a row harms nobody
         shutil.rmtree(store.root / "runs" / run_id, ignore_errors=True)
 

@@ -10,6 +10,7 @@ from typing import Any, Literal, get_args
 from core.errors import InputError
 from core.experiments.provenance import provenance
 from core.fmea.fault import Fault
+from core.twin.actions import Action, action_to_dict, first_fault, in_order, read_action
 from core.twin.plan import Plan, checked_number
 
 Status = Literal["queued", "running", "done", "failed", "cancelled"]
@@ -30,7 +31,7 @@ class RunRecord:
 
     ``created``: ISO 8601, UTC. ``error``: a sentence for the user, None unless failed. ``top``
     and ``top_probability``: the verdict, None until diagnosed. ``attempts``: how often a worker
-    has begun this run since it was last submitted.
+    has begun this run since it was last submitted. ``actions``: what is done on the way.
     """
 
     id: str
@@ -43,6 +44,12 @@ class RunRecord:
     top: str | None = None
     top_probability: float | None = None
     attempts: int = 0
+    actions: tuple[Action, ...] = ()
+
+    @property
+    def first_fault(self) -> Fault | None:
+        """The first fault that sets in, planned or injected on the way; None if none does."""
+        return first_fault(self.fault, self.actions)
 
     @property
     def finished(self) -> bool:
@@ -62,6 +69,7 @@ class RunRecord:
             "top": self.top,
             "top_probability": self.top_probability,
             "attempts": self.attempts,
+            "actions": [action_to_dict(action) for action in self.actions],
         }
 
 
@@ -69,7 +77,8 @@ def read_record(values: dict[str, Any]) -> RunRecord:
     """Read what `RunRecord.to_dict` wrote, from wherever; raises `InputError` naming the field."""
     try:
         plan, fault = Plan.from_dict(values["plan"]), Fault.from_dict(values["fault"])
-        record = RunRecord(**{**values, "plan": plan, "fault": fault})
+        actions = in_order(map(read_action, values.get("actions", ())), plan)
+        record = RunRecord(**{**values, "plan": plan, "fault": fault, "actions": actions})
     except (KeyError, TypeError) as error:
         raise InputError("record", f"is not one of this version: {error}") from None
     fault.check_against(plan)

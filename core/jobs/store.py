@@ -17,7 +17,7 @@ import logging
 import os
 import sqlite3
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import fields, replace
 from datetime import UTC, datetime
@@ -43,13 +43,14 @@ from core.jobs.records import STATUSES, UNFINISHED, RunRecord, code_version, new
 from core.report.case import open_case
 from core.report.grounded import GroundedReport, checked_report
 from core.report.report import Report
+from core.twin.actions import Action, action_to_dict, read_action
 from core.twin.plan import Plan
 from core.twin.trajectory import Pair
 
 __all__ = ["RunStore", "default_root", "read_trajectory", "write_trajectory"]
 
 HOME_VARIABLE = "MIRRORTWIN_HOME"
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 BUSY_TIMEOUT_S = 5.0
 
 logger = logging.getLogger(__name__)
@@ -67,10 +68,12 @@ CREATE TABLE IF NOT EXISTS labels (
     run TEXT PRIMARY KEY, tags TEXT NOT NULL DEFAULT '[]', note TEXT NOT NULL DEFAULT '',
     discarded TEXT
 );
+CREATE TABLE IF NOT EXISTS actions (run TEXT PRIMARY KEY, listed TEXT NOT NULL);
 """
 _KEPT = "id NOT IN (SELECT run FROM labels WHERE discarded IS NOT NULL)"
-_COLUMNS = tuple(field.name for field in fields(RunRecord))
+_COLUMNS = tuple(field.name for field in fields(RunRecord) if field.name != "actions")
 _CHANGEABLE = frozenset(_COLUMNS) - {"id", "created", "plan", "fault", "code_version"}
+_ACTIONS = "(SELECT listed FROM actions WHERE run = runs.id) AS actions"
 
 
 def default_root() -> Path:
@@ -98,7 +101,7 @@ class RunStore:
 
     # -- records ---------------------------------------------------------------------------------
 
-    def create(self, plan: Plan, fault: Fault) -> RunRecord:
+    def create(self, plan: Plan, fault: Fault, actions: Iterable[Action] = ()) -> RunRecord:
         """Enter a new run, status queued."""
         record = RunRecord(
             id=new_run_id(),
@@ -107,6 +110,7 @@ class RunStore:
             plan=plan,
             fault=fault,
             code_version=code_version(),
+            actions=tuple(actions),
         )
         self.enter(record)
         return record
@@ -118,10 +122,17 @@ class RunStore:
             "plan": _dumped(record.plan.to_dict()),
             "fault": _dumped(record.fault.to_dict()),
         }
-        names = ", ".join(row)
-        places = ", ".join(f":{name}" for name in row)
+        names = ", ".join(_COLUMNS)
+        places = ", ".join(f":{name}" for name in _COLUMNS)
         with self.writing() as index:
             index.execute(f"INSERT INTO runs ({names}) VALUES ({places})", row)
+            if record.actions:
+                _write_actions(index, record.id, record.actions)
+
+    def save_actions(self, run_id: str, actions: Iterable[Action]) -> None:
+        """Keep what is done during a flight, in the place of what was kept before."""
+        with self.writing() as index:
+            _write_actions(index, run_id, actions)
 
     def update(self, run_id: str, **changes: Any) -> RunRecord:
         """Change fields of a record (status, error, top, top_probability, attempts)."""
@@ -220,7 +231,7 @@ class RunStore:
         return path
 
     def _select(self, clause: str, *values: Any) -> list[sqlite3.Row]:
-        return self.query(f"SELECT {', '.join(_COLUMNS)} FROM runs {clause}", *values)
+        return self.query(f"SELECT {', '.join(_COLUMNS)}, {_ACTIONS} FROM runs {clause}", *values)
 
     def query(self, query: str, *values: Any) -> list[sqlite3.Row]:
         """What a SELECT of the index finds; for this package alone."""
@@ -257,6 +268,7 @@ def _record(row: sqlite3.Row) -> RunRecord:
     try:
         values["plan"] = Plan.from_dict(json.loads(values["plan"]))
         values["fault"] = Fault.from_dict(json.loads(values["fault"]))
+        values["actions"] = tuple(map(read_action, json.loads(values["actions"] or "[]")))
     except (InputError, ValueError, TypeError) as error:
         raise StoreError(f"run {row['id']} cannot be read by this version: {error}") from error
     return RunRecord(**values)
@@ -287,7 +299,12 @@ def _readable(rows: list[sqlite3.Row]) -> Iterator[RunRecord]:
             logger.warning("left out of the list: %s", error)
 
 
-def _dumped(values: dict[str, Any]) -> str:
+def _write_actions(index: sqlite3.Connection, run_id: str, actions: Iterable[Action]) -> None:
+    listed = _dumped([action_to_dict(action) for action in actions])
+    index.execute("INSERT OR REPLACE INTO actions VALUES (?, ?)", (run_id, listed))
+
+
+def _dumped(values: Any) -> str:
     return json.dumps(values, separators=(",", ":"), allow_nan=False)
 
 
@@ -341,9 +358,7 @@ def _readable_index(path: Path) -> sqlite3.Connection:
         try:
             index = _connect(f"{path.as_uri()}?{options}")
             index.execute("SELECT count(*) FROM runs")
-            if not index.execute("SELECT 1 FROM sqlite_master WHERE name = 'labels'").fetchone():
-                # Of an earlier version: nothing is written on its runs, and none is thrown away.
-                index.execute("CREATE TEMP TABLE labels (run, tags, note, discarded)")
+            _add_missing_tables(index)
             return index
         except sqlite3.Error:
             continue
@@ -352,6 +367,13 @@ def _readable_index(path: Path) -> sqlite3.Connection:
     index = _connect("file::memory:")
     index.executescript(_SCHEMA)
     return index
+
+
+def _add_missing_tables(index: sqlite3.Connection) -> None:
+    """Empty ones, beside an index of an earlier version: it says nothing of what they are for."""
+    for name, columns in (("labels", "run, tags, note, discarded"), ("actions", "run, listed")):
+        if not index.execute("SELECT 1 FROM sqlite_master WHERE name = ?", (name,)).fetchone():
+            index.execute(f"CREATE TEMP TABLE {name} ({columns})")
 
 
 def _connect(uri: str) -> sqlite3.Connection:

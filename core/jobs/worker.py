@@ -5,20 +5,21 @@ import os
 import pickle
 import secrets
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from distributed import Worker, WorkerPlugin, get_worker
+from distributed import Worker, WorkerPlugin, get_worker, secede
 
 from core.diagnosis.diagnosis import Diagnosis
 from core.errors import MirrorTwinError
 from core.fmea.fault import Fault
 from core.jobs.events import (
     SAMPLE_STRIDE,
+    Acted,
     Cancelled,
     Diagnosed,
     Event,
@@ -28,9 +29,11 @@ from core.jobs.events import (
     Reported,
     Samples,
 )
+from core.jobs.live import Inbox, LiveFlight
 from core.report.grounded import GroundedReport
+from core.twin.actions import Action, in_order
 from core.twin.plan import DT_S, Plan
-from core.twin.trajectory import Pair, Trajectory
+from core.twin.trajectory import Pair
 
 if TYPE_CHECKING:  # it loads torch
     from core.diagnosis.predict import Residual
@@ -60,15 +63,25 @@ class RunResult:
     pair: Pair
     diagnosis: Diagnosis
     report: GroundedReport
+    actions: tuple[Action, ...] = ()
 
 
-def fly_run(run_id: str, plan: Plan, fault: Fault, emit: Emit) -> RunResult:
+def fly_run(
+    run_id: str, plan: Plan, fault: Fault, emit: Emit, actions: Iterable[Action] = ()
+) -> RunResult:
     """Fly, diagnose and report on one run, in the calling process.
 
     ``emit`` receives Progress, Samples, Probabilities, Diagnosed and Reported as they come; it may
     raise to stop the flight, at the latest one block (`BLOCK_S`) on. Raises `InputError` (onset
-    beyond the end), `FlightError` (the plan cannot be flown) or `MirrorTwinError` (no model).
+    or action beyond the end), `FlightError` (the plan cannot be flown) or `MirrorTwinError` (no
+    model).
     """
+    listed = tuple(actions)
+    return replace(_followed(run_id, _blocks(plan, fault, listed), emit), actions=listed)
+
+
+def _followed(run_id: str, flight: Iterator[tuple[Pair, float]], emit: Emit) -> RunResult:
+    """What a flight comes to that goes on as it likes: blocks, and the share of it flown."""
     # Here and not above: the server imports this module too, and has no use for torch or JSBSim.
     from core.diagnosis.predict import load_diagnoser
     from core.report.case import open_case
@@ -77,7 +90,7 @@ def fly_run(run_id: str, plan: Plan, fault: Fault, emit: Emit) -> RunResult:
     emit(Progress(run_id, "flying", 0.0))
     stream = load_diagnoser().stream()
     blocks: list[Pair] = []
-    for block, progress in _blocks(plan, fault):
+    for block, progress in flight:
         blocks.append(block)
         emit(_samples(run_id, block))
         for time_s, probabilities in stream.push(block):
@@ -89,30 +102,76 @@ def fly_run(run_id: str, plan: Plan, fault: Fault, emit: Emit) -> RunResult:
     emit(Progress(run_id, "reporting", 0.95))
     report = grounded_template(open_case(diagnosis))
     emit(Reported(run_id, report))
-    return RunResult(_joined(blocks), diagnosis, report)
+    return RunResult(Pair.joined(blocks), diagnosis, report)
 
 
-def fly_task(key: str, run_id: str, plan: Plan, fault: Fault) -> RunResult | Failed | Cancelled:
-    """`fly_run` as the Dask task ``key``, with its events sent to `TOPIC`.
+class _Line:
+    """From the Dask task ``key`` to whoever listens to `TOPIC`, for as long as it is wanted.
 
-    Each message is (run id, key, start, pickled event); ``start`` differs every time that a task
-    is begun, so that whoever listens can tell a second attempt from the first. Errors meant for the
-    user come back as a value: raised, Dask would print their traceback on the worker's terminal.
+    Each message is (run id, key, worker's address, start, pickled event); ``start`` differs every
+    time that a task is begun, so that whoever listens can tell a second attempt from the first.
     """
-    worker = get_worker()
-    start = secrets.token_hex(8)
 
-    def emit(event: Event) -> None:
-        if _is_cancelled(worker, key):
+    def __init__(self, key: str, run_id: str) -> None:
+        self._worker, self._key, self._run_id = get_worker(), key, run_id
+        self.start = secrets.token_hex(8)
+
+    def emit(self, event: Event) -> None:
+        self.stay()
+        pickled = pickle.dumps(event, protocol=5)
+        self._worker.log_event(
+            TOPIC, (self._run_id, self._key, self._worker.address, self.start, pickled)
+        )
+
+    def stay(self) -> None:
+        """Raise if the run is no longer wanted."""
+        # Dask does not interrupt a running task, but tells its worker that nobody wants it any
+        # more: on cancel, and also when the server that asked for it is gone.
+        task = self._worker.state.tasks.get(self._key)
+        if task is None or task.state == "cancelled":
             raise _CancelledError
-        worker.log_event(TOPIC, (run_id, key, start, pickle.dumps(event, protocol=5)))
 
+
+def _outcome(run_id: str, fly: Callable[[], RunResult]) -> RunResult | Failed | Cancelled:
+    """What ``fly`` returns. An error meant for the user comes back as a value, too.
+
+    Raised, Dask would print its traceback on the worker's terminal.
+    """
     try:
-        return fly_run(run_id, plan, fault, emit)
+        return fly()
     except _CancelledError:
         return Cancelled(run_id)
     except MirrorTwinError as error:
         return Failed(run_id, str(error), retryable=False)
+
+
+def fly_task(
+    key: str, run_id: str, plan: Plan, fault: Fault, actions: tuple[Action, ...]
+) -> RunResult | Failed | Cancelled:
+    """`fly_run` as the Dask task ``key``, with its events sent to `TOPIC`."""
+    line = _Line(key, run_id)
+    return _outcome(run_id, lambda: fly_run(run_id, plan, fault, line.emit, actions))
+
+
+def live_task(key: str, run_id: str, plan: Plan, fault: Fault) -> RunResult | Failed | Cancelled:
+    """A live flight as the Dask task ``key``: it waits for orders, and does as it is told.
+
+    It leaves its place among the worker's threads, since it mostly waits: a worker flies many live
+    flights, and whole runs between their steps.
+    """
+    line = _Line(key, run_id)
+
+    def fly() -> RunResult:
+        with Inbox(line.start) as inbox:
+            line.emit(Progress(run_id, "flying", 0.0))  # the server answers with orders
+            flight = LiveFlight(
+                plan, fault, inbox, lambda done: line.emit(Acted(run_id, done)), line.stay
+            )
+            result = _followed(run_id, flight.blocks(), line.emit)
+            return replace(result, actions=in_order(flight.actions, plan))
+
+    secede()
+    return _outcome(run_id, fly)
 
 
 def fly_unseen_task(plan: Plan, fault: Fault) -> RunResult | Failed:
@@ -180,17 +239,10 @@ class _CancelledError(Exception):
     """The run is no longer wanted."""
 
 
-def _is_cancelled(worker: Worker, key: str) -> bool:
-    # Dask does not interrupt a running task, but tells its worker that nobody wants it any more:
-    # on cancel, and also when the server that asked for it is gone.
-    task = worker.state.tasks.get(key)
-    return task is None or task.state == "cancelled"
-
-
-def _blocks(plan: Plan, fault: Fault) -> Iterator[tuple[Pair, float]]:
+def _blocks(plan: Plan, fault: Fault, actions: tuple[Action, ...]) -> Iterator[tuple[Pair, float]]:
     from core.twin.flight import PairFlight
 
-    flight = PairFlight(plan, fault)
+    flight = PairFlight(plan, fault, actions)
     while (block := flight.advance(BLOCK_S)) is not None:
         yield block, flight.progress
 
@@ -210,11 +262,4 @@ def _samples(run_id: str, block: Pair) -> Samples:
         mirror=single(mirror.channels),
         faulted_states=single(faulted.states),
         mirror_states=single(mirror.states),
-    )
-
-
-def _joined(blocks: list[Pair]) -> Pair:
-    return Pair(
-        Trajectory.joined([block.faulted for block in blocks]),
-        Trajectory.joined([block.mirror for block in blocks]),
     )

@@ -42,6 +42,10 @@ _FPS_PER_KT = 1.68781
 _LB_PER_GAL = 6.02
 _ENGINE = "propulsion/engine/"
 
+# One for good: JSBSim keeps a thread's logger until the thread ends, and lets it go without asking
+# Python, which dies of it if that was the last to hold it (JSBSim 1.3.3).
+_QUIET = jsbsim.DefaultLogger(jsbsim.LogLevel.FATAL)
+
 # JSBSim property and (factor, offset) into the state's unit, in STATE_NAMES order.
 _STATE_PROPERTIES: tuple[tuple[str, float, float], ...] = (
     ("position/from-start-neu-n-ft", 0.3048, 0.0),
@@ -103,7 +107,7 @@ def _aircraft_folder() -> tempfile.TemporaryDirectory[str]:
 
 
 def _load() -> jsbsim.FGFDMExec:
-    jsbsim.set_logger(jsbsim.DefaultLogger(jsbsim.LogLevel.FATAL))
+    jsbsim.set_logger(_QUIET)
     executive = jsbsim.FGFDMExec(None)
     executive.set_debug_level(0)
     engine_folder = str(Path(jsbsim.get_default_root_dir()) / "engine")

@@ -1,5 +1,8 @@
 """Anything that the envelope allows can be flown: finite, physical, without an abort of JSBSim."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, assume, event, given, settings
@@ -107,3 +110,16 @@ def test_anything_in_the_envelope_flies_within_physics(plan: Plan, fault: Fault)
         assume(False)
     _check(pair.faulted, plan)
     _check(pair.mirror, plan)
+
+
+def test_threads_may_fly_and_end() -> None:
+    """In a process of its own: what goes wrong here ends Python."""
+    program = (
+        "import threading\n"
+        "from core.twin.aircraft import _load\n"
+        "for _ in range(12):\n"
+        "    threads = [threading.Thread(target=_load) for _ in range(3)]\n"
+        "    for thread in threads: thread.start()\n"
+        "    for thread in threads: thread.join()\n"
+    )
+    subprocess.run([sys.executable, "-c", program], check=True, timeout=60)
