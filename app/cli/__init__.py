@@ -20,11 +20,16 @@ COMMANDS: dict[str, str] = {
     "simulate": "fly one flight twice, with a fault and without, into a folder",
     "diagnose": "name the fault in a folder that simulate wrote",
     "report": "write, check and export the report on a run; answer questions about it",
+    "export": "write a stored run to a file: zip, Garmin G1000 log or Rerun recording",
+    "import": "take runs in that were exported elsewhere",
     "dataset": "fly the labelled flights that the networks learn from",
     "train": "train the diagnosis network on a data set",
     "bench": "measure the speed of the twin",
     "experiment": "make a result of the paper again",
 }
+
+_MODULES = {"import": "take_in"}
+"""Commands whose name no module can have."""
 
 _EPILOG = """\
 first steps:
@@ -64,7 +69,7 @@ def _parser(chosen: str | None) -> Parser:
             allow_abbrev=False,
         )
         if name == chosen:
-            module = import_module(f"app.cli.{name}")
+            module = import_module(f"app.cli.{_MODULES.get(name, name)}")
             command.description, command.epilog = module.DESCRIPTION, module.EXAMPLES
             module.configure(command)
             command.set_defaults(run=module.run)

@@ -1,0 +1,40 @@
+"""``mirrortwin import``: runs that were exported elsewhere."""
+
+import argparse
+from pathlib import Path
+
+from app.cli.output import print_json
+
+DESCRIPTION = """\
+Take the runs of a zip that `mirrortwin export` or the page Runs wrote into the store, under their
+own names. Checksums and contents are checked first; if anything is wrong, nothing is taken.
+"""
+EXAMPLES = """\
+examples:
+  mirrortwin import run.zip
+  mirrortwin import run.zip --store ~/flights --json
+"""
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the options of this command."""
+    parser.add_argument("file", type=Path, metavar="FILE", help="the zip file")
+    parser.add_argument(
+        "--store", type=Path, metavar="DIR",
+        help="where runs are kept (default: $MIRRORTWIN_HOME, else .mirrortwin)",
+    )  # fmt: skip
+    parser.add_argument("--json", action="store_true", help="print what was taken in as JSON")
+
+
+def run(args: argparse.Namespace) -> None:
+    """Take the runs in; raises `InputError` or `StoreError`."""
+    from app.pages.words import run_title
+    from app.run_files import import_runs
+    from core.jobs.store import RunStore, default_root
+
+    records = import_runs(RunStore(args.store or default_root()), args.file)
+    if args.json:
+        print_json([record.to_dict() for record in records])
+    else:
+        for record in records:
+            print(f"{record.id}: {run_title(record)}")

@@ -1,0 +1,72 @@
+"""``mirrortwin export`` and ``import``: a run goes out of one store and into another."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from app.cli import main
+from core.diagnosis.predict import load_diagnoser
+from core.fmea.fault import Fault
+from core.jobs.store import RunStore
+from core.report.template import write_report
+from core.twin.flight import fly_pair
+from core.twin.plan import Plan
+
+
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    """A store with one finished run, and the run's name."""
+    root = tmp_path_factory.mktemp("store")
+    store = RunStore(root)
+    plan, fault = Plan(duration_s=60.0, seed=9), Fault("engine_failure", 0.8, 20.0)
+    pair = fly_pair(plan, fault)
+    run_id = store.create(plan, fault).id
+    diagnosis = load_diagnoser().diagnose(pair)
+    store.save_pair(run_id, pair)
+    store.save_result(run_id, diagnosis, write_report(diagnosis))
+    store.close()
+    return root, run_id
+
+
+def test_out_of_one_store_and_into_another(
+    stored: tuple[Path, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    root, run_id = stored
+    out, other = tmp_path / "run.zip", tmp_path / "other"
+    assert main(["export", run_id, "--out", str(out), "--store", str(root), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["bytes"] == out.stat().st_size
+    take = ["import", str(out), "--store", str(other), "--json"]
+    assert main(take) == 0
+    assert json.loads(capsys.readouterr().out)[0]["id"] == run_id
+    assert RunStore(other).get(run_id) == RunStore(root).get(run_id)
+    assert main(take) == 2
+    assert "in this store already" in capsys.readouterr().err
+
+
+def test_a_log_and_a_recording(stored: tuple[Path, str], tmp_path: Path) -> None:
+    root, run_id = stored
+    for form, start in (("csv", b"#airframe_info"), ("rrd", b"RRF2")):
+        out = tmp_path / f"run.{form}"
+        options = ["--format", form, "--out", str(out), "--store", str(root)]
+        assert main(["export", run_id, *options]) == 0
+        assert out.read_bytes().startswith(start)
+
+
+def test_what_cannot_be_done_is_one_line(
+    stored: tuple[Path, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    root, run_id = stored
+    where = ["--store", str(root)]
+    nowhere = ["--out", str(tmp_path / "no" / "x.zip"), *where]
+    wrong = tmp_path / "wrong.zip"
+    wrong.write_bytes(b"PK")
+    for command, status, said in (
+        (["export", "nonsense", "--out", str(tmp_path / "x.zip"), *where], 1, "no run 'nonsense'"),
+        (["export", run_id, *nowhere], 2, "out: there is no folder"),
+        (["import", str(wrong), *where], 2, "file: is not a zip file"),
+        (["import", str(tmp_path / "none.zip"), *where], 2, "file: cannot be read"),
+    ):
+        assert main(command) == status
+        told = capsys.readouterr().err
+        assert said in told and told.count("\n") == 1
