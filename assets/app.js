@@ -35,7 +35,7 @@
   window.dash_clientside = Object.assign({}, window.dash_clientside, {
     mirrortwin: {
       markPage(kind) {
-        for (const link of document.querySelectorAll(".header nav a")) {
+        for (const link of document.querySelectorAll(".header a[id^=nav-]")) {
           if (link.id === `nav-${kind}`) link.setAttribute("aria-current", "page");
           else link.removeAttribute("aria-current");
         }

@@ -14,6 +14,7 @@ from app.pages import (
     fault_page,
     faults,
     fly,
+    help,
     library,
     missing,
     playback,
@@ -21,6 +22,7 @@ from app.pages import (
     report_callbacks,
     runs_callbacks,
     teach_callbacks,
+    tour,
 )
 from app.pages.report_writing import ReportDesk
 from app.pages.run_view import RunView, alert
@@ -88,6 +90,7 @@ def register(app: Dash, services: Services) -> None:
     library.register(app)
     runs_callbacks.register(app, services.store)
     present.register(app)
+    tour.register(app)
     teach_callbacks.register(app, services.classroom, services.store)
     report_callbacks.register(app, services.desk, _alert)
 
@@ -143,7 +146,9 @@ def _page(address: Address, services: Services) -> html.Div:
         case "faults":
             return faults.catalogue_layout()
         case "results" | "compare":
-            return library.layout(address, store)
+            return library.layout(address, store, services.sandbox_prefix)
+        case "help":
+            return help.layout()
         case "teach":
             return teach_callbacks.layout(address.attempt_id, services.classroom)
         case _:

@@ -11,6 +11,7 @@ from app.pages.faults import fault_path, fly_path
 from app.pages.words import mode_name
 from app.panels.chain import chain_diagram
 from app.panels.signature import expected_text, signed
+from app.panels.terms import term
 from core.channels import CYLINDERS, channel
 from core.experiments.growth import SEVERITIES
 from core.experiments.shelf import Shelved
@@ -120,8 +121,10 @@ def _ratings(mode: Mode) -> html.Dl:
         for name, value, scale in entries
     ]
     product = html.Div(
-        [html.Dt("RPN"), html.Dd([html.B(str(mode.rpn)), html.Span(" of 1000", className="note")])],
-        title="Risk priority number: severity × occurrence × detection",
+        [
+            html.Dt(term("rpn")),
+            html.Dd([html.B(str(mode.rpn)), html.Span(" of 1000", className="note")]),
+        ]
     )
     return html.Dl([*cells, product], className="ratings")
 

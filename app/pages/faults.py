@@ -10,6 +10,7 @@ from dash import dcc, html
 from app.pages.attributes import attributes
 from app.pages.words import mode_name
 from app.panels.signature import COLUMNS, cells, head
+from app.panels.terms import term
 from core.fmea.catalogue import Mode, catalogue
 from core.fmea.knowledge import knowledge
 from core.report.search import Hit
@@ -90,7 +91,7 @@ def matrix(modes: Sequence[str]) -> html.Table:
             html.Th("Failure mode", scope="col"),
             *heads,
             html.Th(
-                html.Abbr("RPN", title="Risk priority number: severity × occurrence × detection"),
+                term("rpn"),
                 scope="col",
                 className="number",
             ),

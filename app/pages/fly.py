@@ -15,6 +15,7 @@ from app.pages.setup import DEFAULT_FAULT, DEFAULT_PLAN, setup_panel
 from app.panels.probabilities import probability_figure
 from app.panels.residuals import heat_strip
 from app.panels.sensors import cleared, tile_specs
+from app.panels.terms import term
 from core.channels import CHANNELS, N_CHANNELS, Channel, unit_label
 from core.fmea.catalogue import catalogue
 from core.fmea.fault import Fault
@@ -175,10 +176,10 @@ def _scene_panel() -> html.Section:
 def _legend() -> html.Div:
     return html.Div(
         [
-            html.Span([html.I(className="key faulted"), "faulted"]),
-            html.Span([html.I(className="key mirror"), "mirror"]),
-            html.Span([html.I(className="key residual"), "residual"]),
-            html.Span([html.I(className="key onset"), "onset"]),
+            html.Span([html.I(className="key faulted"), term("faulted", "faulted")]),
+            html.Span([html.I(className="key mirror"), term("mirror", "mirror")]),
+            html.Span([html.I(className="key residual"), term("residual", "residual")]),
+            html.Span([html.I(className="key onset"), term("onset", "onset")]),
         ],
         className="legend",
     )
@@ -211,9 +212,14 @@ def _diagnosis_panel() -> html.Section:
             ),
             html.Div(html.P(RANKING_HINT, className="note"), id="ranking"),
             html.Div(id="diagnosis-notes"),
-            html.H3("Probability of each class", className="chart-title"),
+            html.H3(
+                [term("probability", "Probability"), " of each class"], className="chart-title"
+            ),
             _graph(PROBABILITIES_ID, figures, "probability-chart"),
-            html.H3("Residuals in standard deviations of sensor noise", className="chart-title"),
+            html.H3(
+                ["Residuals in ", term("sigma", "standard deviations"), " of sensor noise"],
+                className="chart-title",
+            ),
             _graph(STRIP_ID, figures, "strip-chart"),
         ],
         className="panel",

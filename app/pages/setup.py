@@ -8,6 +8,7 @@ import dash_mantine_components as dmc
 from dash import html
 
 from app.pages.attributes import attributes
+from app.panels.terms import term
 from core.channels import unit_label
 from core.errors import InputError
 from core.fmea.catalogue import catalogue
@@ -155,7 +156,7 @@ def _plan_fields(values: Mapping[str, Any]) -> list[Any]:
         _number("duration_s", "Duration", values, step=30),
         dmc.NumberInput(
             id=field_id("seed"),
-            label="Seed",
+            label=term("seed"),
             description="whole number",
             value=values["seed"],
             step=1,
@@ -165,7 +166,7 @@ def _plan_fields(values: Mapping[str, Any]) -> list[Any]:
         ),
         _choice(
             "conditions",
-            "Conditions",
+            term("lab", "Conditions"),
             [("lab", "Lab"), ("field", "Field")],
             values,
             description="shared noise / real",
@@ -219,7 +220,7 @@ def _fault_fields(values: Mapping[str, Any]) -> list[Any]:
                 updatemode="drag",
             ),
             id=error_id("severity"),
-            label=["Severity ", html.Output("", id="severity-value", className="mono")],
+            label=[term("severity"), " ", html.Output("", id="severity-value", className="mono")],
             size="xs",
             className="severity",
         ),
@@ -227,7 +228,7 @@ def _fault_fields(values: Mapping[str, Any]) -> list[Any]:
             [
                 _number(
                     "onset_s",
-                    "Onset",
+                    term("onset"),
                     values,
                     step=5,
                     limits=(0.0, PLAN_RANGES["duration_s"][1], "s"),
@@ -267,7 +268,7 @@ def _run_buttons() -> html.Div:
 
 def _number(
     name: str,
-    label: str,
+    label: Any,
     values: Mapping[str, Any],
     *,
     step: float,
@@ -290,7 +291,7 @@ def _number(
 
 def _choice(
     name: str,
-    label: str,
+    label: Any,
     options: list[tuple[str, str]],
     values: Mapping[str, Any],
     description: str | None = None,

@@ -8,6 +8,7 @@ from dash import dcc, html
 
 from app import theme
 from app.live import new_session_id
+from app.pages import tour
 from app.pages.attributes import attributes
 from app.pages.exhibits import EXHIBITS
 from app.pages.present import PRESENT_PREFIX
@@ -18,7 +19,7 @@ from core.jobs.records import valid_run_id
 from core.jobs.store import RunStore
 from core.teach.classroom import has_attempt
 
-PageKind = Literal["fly", "runs", "compare", "faults", "results", "teach", "missing"]
+PageKind = Literal["fly", "runs", "compare", "faults", "results", "teach", "help", "missing"]
 
 RUN_PREFIX = "/run/"
 
@@ -58,6 +59,8 @@ class Address:
     def title(self) -> str:
         """What the browser's tab says."""
         name = PAGES[self.kind][0] if self.kind in PAGES else "Nothing here"
+        if self.kind == "help":
+            name = "Help"
         if self.mode is not None:
             name = f"{catalogue()[self.mode].name}, {name}"
         if self.result is not None:
@@ -88,6 +91,8 @@ def read_address(path: str, store: RunStore) -> Address:
             return _comparison_address(name, store)
         case "results" if not name or name in EXHIBITS:
             return Address("results", result=name or None)
+        case "help" if not name:
+            return Address("help")
         case "teach" if not name or has_attempt(store, name):
             return Address("teach", attempt_id=name or None)
         case "teach":
@@ -155,7 +160,7 @@ def layout() -> dmc.MantineProvider:
             dmc.AppShell(
                 [
                     dmc.AppShellHeader(_header(), className="header"),
-                    dmc.AppShellMain(html.Div(id="page", tabIndex=-1)),
+                    dmc.AppShellMain([tour.invitation(), html.Div(id="page", tabIndex=-1)]),
                 ],
                 header={"height": 44},
                 padding=0,
@@ -182,6 +187,12 @@ def _header() -> list[object]:
             **attributes(aria_label="Pages"),
         ),
         html.Span("Cessna 172P, simulated", className="note header-note"),
+        dcc.Link(
+            [html.Span("Help"), html.I("?", **attributes(aria_hidden="true"))],
+            href="/help",
+            id="nav-help",
+            className="header-help",
+        ),
         dmc.ColorSchemeToggle(
             lightIcon=_icon("☀"),
             darkIcon=_icon("☾"),

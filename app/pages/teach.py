@@ -17,6 +17,7 @@ from app.pages.fly import SUBSYSTEM_ORDER
 from app.pages.words import mode_name
 from app.panels.axes import clock
 from app.panels.mystery import mark_words, shown_marks
+from app.panels.terms import term
 from core.channels import CHANNELS, Channel, unit_label
 from core.teach.attempt import Attempt
 from core.teach.challenge import ALL_MODES, LEVELS, mode_sets
@@ -350,7 +351,7 @@ def _head(attempt: Attempt, altitude_ft: float, speed_kt: float) -> html.Section
 def _evidence_panel(attempt: Attempt) -> html.Section:
     return html.Section(
         [
-            html.H2("Evidence", className="panel-title"),
+            html.H2(term("evidence"), className="panel-title"),
             html.Div(
                 evidence_list(attempt.marks), id=EVIDENCE_ID, **attributes(aria_live="polite")
             ),

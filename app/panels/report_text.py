@@ -14,6 +14,7 @@ from dash import html
 from markdown_it import MarkdownIt
 
 from app.pages.attributes import attributes
+from app.panels.terms import term
 from core.channels import CHANNEL_INDEX
 from core.report.grounded import TABLE_HEADER, GroundedSentence, Origin
 from core.report.metrics import PAPER, Metrics
@@ -27,12 +28,8 @@ MARKS: dict[str, tuple[str, str]] = {
 }
 """What stands behind a sentence, and how it is read out; nothing if it claims nothing."""
 
-MEASURES: dict[str, tuple[str, str]] = {
-    "ccc": ("CCC", "causal chain coverage: share of the verdict's causal steps that are told"),
-    "sec": ("SEC", "sensor evidence consistency: share of the claims about sensors that hold"),
-    "dc": ("DC", "diagnostic consistency: share of the claims about the verdict that hold"),
-    "hr": ("HR", "hallucination rate: share of the claiming sentences that nothing supports"),
-}
+MEASURES: tuple[str, ...] = ("ccc", "sec", "dc", "hr")
+"""The measures of a report, each a word of the glossary."""
 
 _CELL = re.compile(r"(?<!\\)\|")
 _INLINE = MarkdownIt("zero").enable(["emphasis", "escape", "backticks"])
@@ -91,14 +88,14 @@ def answer_text(sentences: Sequence[GroundedSentence], *, by: str, draft: str = 
 def measures(raw: Metrics, final: Metrics, *, by: str) -> html.Dl:
     """The four measures of the shown report; of a model's, also those of its raw text."""
     items = []
-    for name, (label, meaning) in MEASURES.items():
+    for name in MEASURES:
         value = f"{getattr(final, name):.2f}"
         said = [html.Span(value, className="mono")]
         if by != WRITER:
             said.insert(0, html.Span(f"raw {getattr(raw, name):.2f}", className="note mono"))
         paper = getattr(PAPER[WRITER if by == WRITER else "with_fmea"], name)
-        title = f"{meaning}. The paper's mean: {paper:.3f}."
-        items.append(html.Div([html.Dt(label), html.Dd(said)], title=title))
+        title = f"The paper's mean: {paper:.3f}"
+        items.append(html.Div([html.Dt(term(name)), html.Dd(said)], title=title))
     return html.Dl(items, className="measures", **attributes(aria_label="Measures of the report"))
 
 
