@@ -23,7 +23,7 @@ TOKEN_VARIABLE = "MIRRORTWIN_TOKEN"
 MIN_TOKEN = 16
 
 _UNBOUND = "0.0.0.0"
-_SANDBOXED = ("/rerun/", "/recordings/")
+_SANDBOXED = ("/rerun/", "/recordings/", "/results/files/")
 _COOKIE_S = 30 * 24 * 3600
 
 _ASK = (
@@ -73,10 +73,10 @@ def outward_address() -> str:
 
 
 def sandbox_prefix(token: str | None) -> str:
-    """What precedes the addresses that the sandboxed Rerun viewer may read.
+    """What precedes the addresses that sandboxed pages may read: Rerun's viewer, Plotly's figures.
 
     A sandbox has no cookies. So it gets a key of its own, in the path, where relative addresses
-    keep it; it opens the viewer and the recordings, and says nothing of the token.
+    keep it; it opens the viewer, recordings and figures, and says nothing of the token.
     """
     if token is None:
         return ""

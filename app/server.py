@@ -23,7 +23,7 @@ from starlette.middleware.trustedhost import TrustedHostMiddleware
 from app import result_files, run_files
 from app.access import TokenGate, link, names_of, sandbox_prefix, token_for
 from app.live import Sessions
-from app.pages import callbacks, comparing, shell
+from app.pages import callbacks, cell_runs, comparing, shell
 from app.pages.report_files import mount as mount_reports
 from app.pages.report_writing import ReportDesk
 from app.recorder import Recorder, warm_up
@@ -92,6 +92,7 @@ def create_app(
     services = callbacks.Services(engine, store, sessions, recorder, desk, classroom, sandbox)
     callbacks.register(dash, services)
     comparing.register(dash, engine, store, recorder)
+    cell_runs.register(dash, engine, store, recorder)
     scenes.mount(server)
     recordings.mount(server)
     mount_reports(server, store)
