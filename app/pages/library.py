@@ -26,11 +26,14 @@ _one_at_a_time = Lock()
 """A signature takes a second of one core: visitors of several pages wait for one another."""
 
 
-def layout(address: Address, store: RunStore) -> html.Div:
-    """The page at an address of one of these kinds."""
+def layout(address: Address, store: RunStore, sandbox_prefix: str = "") -> html.Div:
+    """The page at an address of one of these kinds.
+
+    ``sandbox_prefix`` is that of the addresses open to a sandbox.
+    """
     if address.kind == "compare":
         return compare.layout(address.run_ids, address.preset, store)
-    return results.layout(address.result)
+    return results.layout(address.result, sandbox_prefix)
 
 
 def register(app: Dash) -> None:

@@ -5,6 +5,7 @@ from typing import Any
 
 from dash import dcc, html
 
+from app.pages import cell_runs
 from app.pages.faults import fault_path
 from app.pages.fly import GRAPH_CONFIG
 from app.pages.words import mode_name
@@ -36,17 +37,19 @@ def model_parts(card: Row) -> list[Any]:
         html.H2(f"Windows of 30 s, {scores['n']:,} of them"),
         html.Div(
             dcc.Graph(
-                figure=figure, config=GRAPH_CONFIG, responsive=True,
+                id=cell_runs.matrix_id(card), figure=figure, config=GRAPH_CONFIG, responsive=True,
                 style={"height": figure["layout"]["height"]},
             ),
             className="confusion",
         ),
-        *_confusions(card["classes"], scores["confusion"]),
+        cell_runs.place(card),
+        *_confusions(card, scores["confusion"]),
     ]  # fmt: skip
 
 
-def _confusions(classes: Sequence[str], counts: Sequence[Sequence[int]]) -> list[Any]:
+def _confusions(card: Row, counts: Sequence[Sequence[int]]) -> list[Any]:
     """The mistakes in words, most frequent first, each with what tells the two apart."""
+    classes = card["classes"]
     mistakes = sorted(
         (
             (count, classes[i], classes[j], sum(row))
@@ -62,7 +65,7 @@ def _confusions(classes: Sequence[str], counts: Sequence[Sequence[int]]) -> list
     rows = [
         html.Tr(
             [
-                html.Td(str(count), className="number"),
+                html.Td(cell_runs.count_button(card, true, said, count), className="number"),
                 html.Td(dcc.Link(mode_name(true), href=fault_path(true))),
                 html.Td(dcc.Link(mode_name(said), href=fault_path(said))),
                 html.Td(f"{100 * count / total:.1f} %", className="number"),

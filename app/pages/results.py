@@ -26,14 +26,20 @@ def result_path(name: str) -> str:
     return RESULT_PREFIX + name
 
 
-def layout(name: str | None) -> html.Div:
-    """The overview, or one result of `EXHIBITS`."""
+def layout(name: str | None, sandbox_prefix: str = "") -> html.Div:
+    """The overview, or one result of `EXHIBITS`.
+
+    ``sandbox_prefix`` is that of the addresses open to a sandbox, in which figures come.
+    """
     exhibit = EXHIBITS[name] if name else None
     return html.Div(
         [
             html.Nav(_contents(name), className="panel results-nav", **attributes(
                 aria_label="Results")),
-            html.Div(_shown(exhibit) if exhibit else _overview(), className="results-main"),
+            html.Div(
+                _shown(exhibit, sandbox_prefix) if exhibit else _overview(),
+                className="results-main",
+            ),
         ],
         className="results-page",
     )  # fmt: skip
@@ -124,7 +130,7 @@ def _made(shelved: Shelved) -> str:
     return f"{datetime.fromisoformat(stamp):%Y-%m-%d %H:%M}" if stamp else "–"
 
 
-def _shown(exhibit: Exhibit) -> list[Any]:
+def _shown(exhibit: Exhibit, prefix: str) -> list[Any]:
     head = [html.H1(exhibit.title), html.P(exhibit.about, className="prose")]
     if exhibit.kind == "model":
         parts = [part for card in model_cards() for part in model_parts(card)]
@@ -133,7 +139,7 @@ def _shown(exhibit: Exhibit) -> list[Any]:
             part
             for shelved in map(take, exhibit.files)
             if shelved.content or shelved.problem
-            for part in _result(exhibit, shelved)
+            for part in _result(exhibit, shelved, prefix)
         ]
     return [html.Section([*head, *(parts or _empty(exhibit))], className="panel library-panel")]
 
@@ -161,14 +167,14 @@ def _empty(exhibit: Exhibit) -> list[Any]:
     return content
 
 
-def _result(exhibit: Exhibit, shelved: Shelved) -> list[Any]:
+def _result(exhibit: Exhibit, shelved: Shelved, prefix: str) -> list[Any]:
     if shelved.content is None:
         return [html.P(shelved.problem, className="empty")]
     try:
         body = (
             _scores(exhibit, shelved.content)
             if exhibit.kind == "scores"
-            else _picture(exhibit, shelved)
+            else _picture(exhibit, shelved, prefix)
         )
     except (KeyError, TypeError, IndexError):
         body = [html.P(["This file was written by another version; make it again: ",
@@ -259,7 +265,7 @@ def _number(value: float | None, form: str) -> str:
     return "–" if value is None else f"{value:{form}}"
 
 
-def _picture(exhibit: Exhibit, shelved: Shelved) -> list[Any]:
+def _picture(exhibit: Exhibit, shelved: Shelved, prefix: str) -> list[Any]:
     name = shelved.name
     headline = exhibit.headline(shelved.content or {})
     parts: list[Any] = (
@@ -276,7 +282,7 @@ def _picture(exhibit: Exhibit, shelved: Shelved) -> list[Any]:
     links: list[Any] = []
     if shelved.page:
         links.append(
-            html.A("Open the interactive figure", href=f"/results/files/{name}.html",
+            html.A("Open the interactive figure", href=f"{prefix}/results/files/{name}.html",
                    target="_blank", rel="noopener")
         )  # fmt: skip
     if name in ("fig6", "fig7"):

@@ -104,6 +104,10 @@ def test_the_sandbox_may_read_recordings_and_nothing_else(
         assert client.get(f"{prefix}/rerun/viewer.html").status_code == 200
         client.cookies.clear()
         assert client.get(f"{prefix}/rerun/viewer.html").status_code == 200
+        # A figure of ours, as the sandbox that its own policy makes of it reads its script.
+        for name in ("fig6.html", "plotly.min.js"):
+            assert client.get(f"{prefix}/results/files/{name}").status_code == 200
+            assert client.get(f"/results/files/{name}").status_code == 401
         # Not stored yet, but it was looked for.
         assert client.get(f"{prefix}/recordings/{run_id}.rrd").status_code == 404
         for path in ("/", "/runs", f"/run/{run_id}", "/recordings", "/_dash-layout"):
