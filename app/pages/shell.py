@@ -171,7 +171,7 @@ def layout() -> dmc.MantineProvider:
             "fontFamily": theme.FONT_FAMILY,
             "fontFamilyMonospace": theme.MONO_FAMILY,
             "primaryColor": "blue",
-            "primaryShade": {"light": 7, "dark": 7},
+            "primaryShade": {"light": 8, "dark": 8},
             "defaultRadius": "sm",
             "cursorType": "pointer",
             "respectReducedMotion": True,
