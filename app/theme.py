@@ -26,10 +26,13 @@ DIVERGING: tuple[tuple[float, str], ...] = (
     (0.0, "#1b6ec2"),
     (0.25, "#6ea8e0"),
     (0.5, "rgba(151,163,176,0.10)"),
-    (0.75, "#d58ae0"),
-    (1.0, "#9c36b5"),
+    (0.75, "#d3a878"),
+    (1.0, "#a6611a"),
 )
-"""Residuals in sigma: blue below the mirror, violet above, nothing where both agree."""
+"""Residuals in sigma: blue below the mirror, brown above, nothing where both agree.
+
+Blue and brown stay apart in every kind of colour blindness; to most of it violet looks blue.
+"""
 
 STATUS_RED = "#e03131"
 

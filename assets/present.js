@@ -6,11 +6,8 @@
 
   const PREFIX = "/present/";
   const STEP_S = 5;
-  const FRESH_MS = 400;
   const root = document.documentElement;
 
-  let moved_s = 0;
-  let movedAt_ms = -Infinity;
   let before = null; // the theme that comes back afterwards
 
   const setProps = (id, props) => window.dash_clientside.set_props(id, props);
@@ -52,15 +49,9 @@
   }
 
   function move(by_s) {
-    const { tiles } = window.dash_clientside;
-    const thumb = document.querySelector("#scrub [role=slider]");
-    // The slider follows a moment later: a held key must not wait for it.
-    const isFresh = performance.now() - movedAt_ms < FRESH_MS;
-    const now_s = isFresh ? moved_s : Number(thumb?.getAttribute("aria-valuenow") || 0);
-    const to_s = Math.min(Math.max(now_s + by_s, 0), tiles.flownUntil());
-    [moved_s, movedAt_ms] = [to_s, performance.now()];
-    tiles.moveCursor(to_s);
-    document.dispatchEvent(new CustomEvent("tilescursor", { detail: to_s }));
+    const { cursor, flight } = window.dash_clientside;
+    const end_s = flight.flownUntil();
+    cursor.move(Math.min(Math.max((cursor.time_s ?? end_s) + by_s, 0), end_s));
   }
 
   const isTyping = (target) =>

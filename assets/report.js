@@ -24,17 +24,7 @@
       .filter(Boolean);
     charts.forEach((chart) => chart.closest(".tile").classList.add("cited"));
     if (charts.length) charts[0].closest(".tile").scrollIntoView({ block: "nearest" });
-    if (claim.dataset.startS) moveCursor(Number(claim.dataset.startS));
-  }
-
-  // `tiles.js` ends a zoom that leaves the moment out, and moves what is in view; what is scrolled
-  // to afterwards shows it as well. `cursor.js` moves the other charts and the 3D views.
-  function moveCursor(time_s) {
-    window.dash_clientside.tiles.moveCursor(time_s);
-    for (const plot of uPlot.sync("flight").plots) {
-      plot.setCursor({ left: plot.valToPos(time_s, "x"), top: 1 }, true, false);
-    }
-    document.dispatchEvent(new CustomEvent("tilescursor", { detail: time_s }));
+    if (claim.dataset.startS) window.dash_clientside.cursor.move(Number(claim.dataset.startS));
   }
 
   function step(claim, by) {

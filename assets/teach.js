@@ -16,7 +16,7 @@
   let zoom = null;
   let menu = null;
 
-  const clock = (time_s) => window.dash_clientside.tiles.clock(time_s);
+  const clock = (time_s) => window.dash_clientside.flight.clock(time_s);
   const setProps = (id, props) => window.dash_clientside.set_props(id, props);
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const isOver = () => document.getElementById("mystery")?.dataset.over === "yes";

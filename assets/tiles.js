@@ -1,8 +1,8 @@
 // The 23 channel tiles: both flights above, their residual below, drawn by uPlot on canvas.
 //
-// One cursor and one zoom serve all tiles. Tiles in view are drawn at once, the others as soon as the
-// browser has nothing better to do. What is drawn comes from `app/panels/sensors.py`, as
-// float32 in base64; colours come from `style.css`.
+// One cursor and one zoom serve all tiles (`cursor.js` keeps them); the samples are in `flight.js`.
+// Tiles in view are drawn at once, the others as soon as the browser has nothing better to do.
+// Colours come from `style.css`.
 
 (function () {
   "use strict";
@@ -15,63 +15,23 @@
   const MIN_ZOOM_PX = 4;
 
   let tiles = [];
-  let flight = emptyFlight(null, 300, null);
+  let marks = [];
   let zoom = null;
+  let cursor_s = null;
+  let between = { a_s: null, b_s: null };
 
-  // ---- data ---------------------------------------------------------------------------------
+  const flight = () => window.dash_clientside.flight;
+  const moment = () => window.dash_clientside.cursor;
+  const span = () => zoom || { min: 0, max: flight().duration_s };
 
-  function emptyFlight(key, duration_s, onset_s) {
-    return { key, duration_s, onset_s, count: 0, channels: [] };
-  }
+  const colours = new Map();
 
-  function floats(base64) {
-    const bytes = Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));
-    return new Float32Array(bytes.buffer);
-  }
-
-  // Samples from `start` on, for all channels; whatever was there from `start` on is replaced.
-  function extendFlight(message) {
-    const time = floats(message.time_s);
-    const faulted = floats(message.faulted);
-    const mirror = floats(message.mirror);
-    const n = time.length;
-    const total = message.start + n;
-    const channelCount = faulted.length / n;
-    for (let index = 0; index < channelCount; index++) {
-      const before = flight.channels[index] || [[], [], []];
-      const own = index * n;
-      flight.channels[index] = [time, faulted.subarray(own, own + n), mirror.subarray(own, own + n)]
-        .map((values, row) => before[row].slice(0, message.start).concat(Array.from(values)));
+  function colour(name) {
+    if (!colours.has(name)) {
+      colours.set(name, getComputedStyle(document.documentElement).getPropertyValue(name).trim());
     }
-    flight.count = total;
+    return colours.get(name);
   }
-
-  function replaceFlight(message) {
-    flight.channels = message.whole.map((rows) => rows.map((row) => Array.from(floats(row))));
-    flight.count = Number.MAX_SAFE_INTEGER;
-  }
-
-  // ---- text ---------------------------------------------------------------------------------
-
-  function clock(time_s) {
-    const total = Math.round(time_s);
-    const [hours, minutes, seconds] = [total / 3600, (total / 60) % 60, total % 60].map(Math.floor);
-    const pad = (number) => String(number).padStart(2, "0");
-    return hours ? `${hours}:${pad(minutes)}:${pad(seconds)}` : `${pad(minutes)}:${pad(seconds)}`;
-  }
-
-  // With a minus sign, not a hyphen, and never "minus nothing".
-  function number(value, decimals) {
-    const text = value.toFixed(decimals);
-    return Number(text) === 0 ? text.replace("-", "") : text.replace("-", "−");
-  }
-
-  function signed(value, decimals) {
-    const text = number(value, decimals);
-    return text.startsWith("−") ? text : `+${text}`;
-  }
-
-  const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
   // ---- one tile -----------------------------------------------------------------------------
 
@@ -81,16 +41,22 @@
       this.spec = spec;
       this.index = index;
       this.readout = document.getElementById(`readout-${index}`);
+      this.between = document.getElementById(`between-${index}`);
+      this.unit = root.closest(".tile").querySelector(".tile-unit");
       root.replaceChildren();
       const width = Math.max(root.clientWidth, 80);
       this.sensor = new uPlot(this.sensorOptions(width), [[], [], []], root);
       this.residual = new uPlot(this.residualOptions(width), [[], []], root);
+      this.plots = [this.sensor, this.residual];
+      this.plots.forEach(listen);
       this.resizing = new ResizeObserver(() => this.fit());
       this.resizing.observe(root);
       this.inView = true;
       this.seeing = new IntersectionObserver((sightings) => {
         this.inView = sightings[sightings.length - 1].isIntersecting;
-        if (this.inView && this.stale) this.draw();
+        if (!this.inView) return;
+        if (this.stale) this.draw();
+        else this.showCursor();
       });
       this.seeing.observe(root);
     }
@@ -101,13 +67,17 @@
         axes: [timeAxis(false), valueAxis(26)],
         scales: {
           x: { time: false },
-          y: { range: (plot, low, high) => padded(low, high, this.around(), this.spec.quiet) },
+          y: {
+            range: (plot, low, high) => {
+              const { value, difference } = flight().shown(this.spec);
+              return padded(low, high, value(this.around()), difference(this.spec.quiet));
+            },
+          },
         },
         series: [{}, line("--mirror", 3), line("--faulted", 1.3)],
         hooks: {
-          draw: [(plot) => this.drawLimits(plot), drawOnset],
+          draw: [(plot) => this.drawLimits(plot), (plot) => this.drawMoments(plot)],
           setSelect: [zoomToSelection],
-          setCursor: [() => this.readAt(this.sensor.cursor.idx), () => this.announceCursor()],
         },
       };
     }
@@ -118,72 +88,99 @@
         axes: [timeAxis(true), valueAxis(14)],
         scales: {
           x: { time: false },
-          y: { range: (plot, low, high) => padded(low, high, 0, this.spec.still) },
+          y: {
+            range: (plot, low, high) =>
+              padded(low, high, 0, flight().shown(this.spec).difference(this.spec.still)),
+          },
         },
         series: [{}, line("--residual", 1.3)],
-        hooks: { draw: [drawOnset], setSelect: [zoomToSelection] },
+        hooks: { draw: [(plot) => this.drawMoments(plot)], setSelect: [zoomToSelection] },
       };
     }
 
     // The value that a quiet channel is centred on.
     around() {
-      const rows = flight.channels[this.index];
-      return rows && rows[2].length ? rows[2][0] : this.spec.resting;
+      const mirror = flight().rows(this.index)[2];
+      return mirror.length ? mirror[0] : this.spec.resting;
     }
 
     draw() {
       this.stale = false;
-      const [time, faulted, mirror] = flight.channels[this.index] || [[], [], []];
-      const residual = faulted.map((value, at) => value - mirror[at]);
-      this.latest = time.length - 1;
-      const span = zoom || { min: 0, max: flight.duration_s };
+      let [time, faulted, mirror] = flight().rows(this.index);
+      const { value, label, converted } = flight().shown(this.spec);
+      if (converted) [faulted, mirror] = [faulted.map(value), mirror.map(value)];
+      const residual = faulted.map((reading, at) => reading - mirror[at]);
       for (const [plot, data] of [
         [this.sensor, [time, mirror, faulted]],
         [this.residual, [time, residual]],
       ]) {
         plot.batch(() => {
           plot.setData(data, true);
-          plot.setScale("x", span);
+          plot.setScale("x", span());
         });
       }
       this.root.dataset.samples = time.length;
-      this.readAt(null);
+      if (this.unit.textContent !== label) this.unit.textContent = label;
+      this.showCursor();
+      this.showBetween();
     }
 
-    // The value under the cursor, or the latest one.
-    readAt(at) {
-      const [time, mirror, faulted] = this.sensor.data;
-      const shown = at === null || at === undefined ? this.latest : at;
-      if (!(shown >= 0) || faulted[shown] === undefined) {
-        this.readout.textContent = "";
+    // The line at the cursor and the reading there; without one, the latest reading.
+    showCursor() {
+      this.showReading();
+      for (const plot of this.plots) {
+        if (plot.over.matches(":hover")) continue;
+        const left = cursor_s === null ? -10 : plot.valToPos(cursor_s, "x");
+        if (Math.abs(left - plot.cursor.left) > 0.1) plot.setCursor({ left, top: 1 }, false, false);
+      }
+      this.root.dataset.cursorS = cursor_s ?? "";
+    }
+
+    showReading() {
+      const { difference, value, decimals } = flight().shown(this.spec);
+      const read = flight().at(this.index, cursor_s);
+      const { number, signed } = flight();
+      this.readout.textContent = read
+        ? `${number(value(read.faulted), decimals)}  Δ ` +
+          signed(difference(read.faulted - read.mirror), decimals)
+        : "";
+    }
+
+    // How far and how fast the reading goes from A to B.
+    showBetween() {
+      const { a_s, b_s } = between;
+      if (a_s === null || b_s === null || a_s === b_s || b_s > flight().flownUntil() + 1) {
+        this.between.textContent = "";
         return;
       }
-      const { decimals } = this.spec;
-      const difference = faulted[shown] - mirror[shown];
-      this.readout.textContent =
-        `${number(faulted[shown], decimals)}  Δ ${signed(difference, decimals)}`;
-    }
-
-    // The one that the pointer is over speaks for all.
-    announceCursor() {
-      if (movingCursor || !this.sensor.over.matches(":hover")) return;
-      const { left } = this.sensor.cursor;
-      const time_s = left >= 0 ? this.sensor.posToVal(left, "x") : null;
-      document.dispatchEvent(new CustomEvent("tilescursor", { detail: time_s }));
-    }
-
-    moveCursor(time_s) {
-      const left = time_s === null ? -10 : this.sensor.valToPos(time_s, "x");
-      for (const plot of [this.sensor, this.residual]) plot.setCursor({ left, top: 1 }, true, false);
+      const [a, b] = [a_s, b_s].map((time_s) => flight().mean(this.index, time_s));
+      if (!a || !b) return;
+      const { difference, decimals } = flight().shown(this.spec);
+      const { signed } = flight();
+      const gone = difference(b.faulted - a.faulted);
+      const perMinute = (60 * gone) / (b_s - a_s);
+      this.between.textContent =
+        `A→B ${signed(gone, decimals)}  ${signed(perMinute, decimals + 1)}/min`;
     }
 
     drawLimits(plot) {
-      for (const limit of this.spec.limits) {
+      const { value } = flight().shown(this.spec);
+      for (const limit of this.spec.limits.map(value)) {
         const { min, max } = plot.scales.y;
         if (limit < min || limit > max) continue;
         const y = Math.round(plot.valToPos(limit, "y", true)) + 0.5;
-        stroke(plot, colour("--bad"), [], [plot.bbox.left, y], [plot.bbox.left + plot.bbox.width, y]);
+        stroke(plot, "--bad", [], [plot.bbox.left, y], [plot.bbox.left + plot.bbox.width, y]);
       }
+    }
+
+    // Onset, first evidence, first right answer; where this channel is beyond its limits; A and B.
+    drawMoments(plot) {
+      for (const mark of marks) {
+        if (mark.kind === "onset") drawMoment(plot, mark.time_s, "--onset", [3, 3]);
+        else if (mark.kind !== "limit") drawFlag(plot, mark);
+        else if (mark.channel === this.spec.name) drawExcess(plot, mark);
+      }
+      for (const time_s of [between.a_s, between.b_s]) drawMoment(plot, time_s, "--ink", []);
     }
 
     fit() {
@@ -196,8 +193,7 @@
     destroy() {
       this.resizing.disconnect();
       this.seeing.disconnect();
-      this.sensor.destroy();
-      this.residual.destroy();
+      this.plots.forEach((plot) => plot.destroy());
     }
   }
 
@@ -213,8 +209,10 @@
         y: false,
         points: { size: 5 },
         drag: { x: true, y: false, setScale: false },
-        sync: { key: "flight", filters: { pub: (type) => type.startsWith("mousemove") } },
-        bind: { dblclick: () => () => zoomTo(null) },
+        bind: {
+          dblclick: () => () => moment().zoomTo(null),
+          mousedown: (plot, target, drag) => (event) => (event.shiftKey ? pan(plot, event) : drag(event)),
+        },
       },
     };
   }
@@ -229,7 +227,7 @@
       stroke: () => colour("--ink-2"),
       grid: { stroke: () => colour("--grid"), width: 1 },
       ticks: { show: false },
-      values: (plot, splits) => splits.map((time_s) => (labelled ? clock(time_s) : "")),
+      values: (plot, splits) => splits.map((time_s) => (labelled ? flight().clock(time_s) : "")),
     };
   }
 
@@ -250,7 +248,7 @@
 
   function tick(value, splits) {
     const step = splits.length > 1 ? Math.abs(splits[1] - splits[0]) : Math.abs(value) || 1;
-    return number(value, Math.max(0, -Math.floor(Math.log10(step) + 1e-9)));
+    return flight().number(value, Math.max(0, -Math.floor(Math.log10(step) + 1e-9)));
   }
 
   function line(variable, width) {
@@ -265,18 +263,50 @@
     return [from - margin, to + margin];
   }
 
-  function drawOnset(plot) {
-    if (flight.onset_s === null) return;
-    const x = Math.round(plot.valToPos(flight.onset_s, "x", true)) + 0.5;
+  // ---- marks --------------------------------------------------------------------------------
+
+  function drawMoment(plot, time_s, variable, dash) {
+    if (time_s === null) return;
+    const x = Math.round(plot.valToPos(time_s, "x", true)) + 0.5;
     const { left, top, width, height } = plot.bbox;
     if (x < left || x > left + width) return;
-    stroke(plot, colour("--onset"), [3, 3], [x, top], [x, top + height]);
+    stroke(plot, variable, dash, [x, top], [x, top + height]);
   }
 
-  function stroke(plot, style, dash, from, to) {
+  // A small flag at the top: these moments are the whole flight's, not this channel's.
+  function drawFlag(plot, { kind, time_s }) {
+    const x = plot.valToPos(time_s, "x", true);
+    const { left, top, width } = plot.bbox;
+    if (x < left || x > left + width) return;
+    const side = 3.5 * devicePixelRatio;
     const { ctx } = plot;
     ctx.save();
-    ctx.strokeStyle = style;
+    ctx.fillStyle = colour(`--mark-${kind}`);
+    ctx.beginPath();
+    ctx.moveTo(x - side, top);
+    ctx.lineTo(x + side, top);
+    ctx.lineTo(x, top + 2 * side);
+    ctx.fill();
+    ctx.restore();
+  }
+
+  // A red bar along the foot of the plot for as long as the limit was exceeded.
+  function drawExcess(plot, { time_s, end_s }) {
+    const { left, top, width, height } = plot.bbox;
+    const inside = (x) => Math.min(Math.max(x, left), left + width);
+    const [from, to] = [time_s, end_s].map((at_s) => inside(plot.valToPos(at_s, "x", true)));
+    if (to <= left || from >= left + width) return;
+    plot.ctx.save();
+    plot.ctx.fillStyle = colour("--bad");
+    const thick = 3 * devicePixelRatio;
+    plot.ctx.fillRect(from, top + height - thick, Math.max(to - from, 2 * devicePixelRatio), thick);
+    plot.ctx.restore();
+  }
+
+  function stroke(plot, variable, dash, from, to) {
+    const { ctx } = plot;
+    ctx.save();
+    ctx.strokeStyle = colour(variable);
     ctx.lineWidth = devicePixelRatio;
     ctx.setLineDash(dash.map((length) => length * devicePixelRatio));
     ctx.beginPath();
@@ -286,30 +316,77 @@
     ctx.restore();
   }
 
-  // ---- zoom ---------------------------------------------------------------------------------
+  // ---- pointer ------------------------------------------------------------------------------
+
+  // The plot that the pointer is over speaks for all.
+  function listen(plot) {
+    plot.over.addEventListener("mousemove", (event) => {
+      if (plot.data[0].length) moment().point(plot.posToVal(event.clientX - plot.rect.left, "x"));
+    });
+    plot.over.addEventListener("mouseleave", () => moment().point(null));
+  }
 
   function zoomToSelection(plot) {
     const { left, width } = plot.select;
     if (width < MIN_ZOOM_PX) return;
     plot.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
-    zoomTo({ min: plot.posToVal(left, "x"), max: plot.posToVal(left + width, "x") });
+    moment().zoomTo({ min: plot.posToVal(left, "x"), max: plot.posToVal(left + width, "x") });
   }
 
-  function zoomTo(span) {
-    zoom = span;
-    const shown = zoom || { min: 0, max: flight.duration_s };
+  // Shift and drag: the zoomed span goes with the pointer.
+  function pan(plot, event) {
+    if (!zoom || event.button !== 0) return;
+    const begun = { x: event.clientX, ...zoom };
+    const perPixel = (zoom.max - zoom.min) / plot.over.clientWidth;
+    const follow = (moved) => moment().panTo(begun.min - (moved.clientX - begun.x) * perPixel);
+    document.addEventListener("mousemove", follow);
+    document.addEventListener("mouseup", () => document.removeEventListener("mousemove", follow), { once: true });
+  }
+
+  // ---- called by cursor.js ------------------------------------------------------------------
+
+  function moveCursor(time_s) {
+    cursor_s = time_s;
     for (const tile of tiles) {
-      tile.sensor.setScale("x", shown);
-      tile.residual.setScale("x", shown);
+      if (tile.inView && !tile.stale) tile.showCursor();
+      else tile.showReading();
     }
   }
+
+  function showZoom(to) {
+    zoom = to;
+    redraw((tile) => tile.plots.forEach((plot) => plot.setScale("x", span())));
+  }
+
+  function showMarks(found) {
+    marks = found;
+    redraw(redrawPlots);
+  }
+
+  function showBetween(a_s, b_s) {
+    between = { a_s, b_s };
+    for (const tile of tiles) tile.showBetween();
+    redraw(redrawPlots);
+  }
+
+  const redrawPlots = (tile) => tile.plots.forEach((plot) => plot.redraw(false, true));
 
   // ---- called by Dash -----------------------------------------------------------------------
 
   function build(specs) {
     if (tiles.length && tiles.every((tile) => tile.root.isConnected)) return;
     tiles.forEach((tile) => tile.destroy());
+    flight().describe(specs);
     tiles = specs.map((spec, index) => new Tile(document.getElementById(`tile-${index}`), spec, index));
+  }
+
+  // What is in view changes at once, the rest when the browser has time.
+  function redraw(change) {
+    for (const tile of tiles) {
+      if (tile.inView && !tile.stale) change(tile);
+      else tile.stale = true;
+    }
+    drawStaleWhenIdle();
   }
 
   let idle = null;
@@ -330,50 +407,30 @@
     );
   }
 
-  let movingCursor = false;
-
-  function moveCursor(time_s) {
-    const span = zoom || { min: 0, max: flight.duration_s };
-    if (time_s !== null && (time_s < span.min || time_s > span.max)) zoomTo(null);
-    movingCursor = true;
-    for (const tile of tiles) if (tile.inView) tile.moveCursor(time_s);
-    movingCursor = false;
-  }
-
-  // The latest time that there is something to see of.
-  function flownUntil() {
-    const [time] = flight.channels[0] || [[]];
-    return time.length ? time[time.length - 1] : 0;
-  }
-
   // Draws a message and returns how much of which flight the page now holds.
   function showFlight(message, specs) {
     if (!message || !specs || !document.getElementById("tile-0")) return { key: null, count: 0 };
-    if (message.key !== flight.key || (message.start ?? 0) > flight.count) {
-      flight = emptyFlight(message.key, message.duration_s, message.onset_s);
-      zoom = null;
-    }
-    if (message.whole) replaceFlight(message);
-    else if (message.time_s && message.start <= flight.count) extendFlight(message);
+    const begins = flight().take(message);
     build(specs);
-    for (const tile of tiles) {
-      tile.stale = true;
-      if (tile.inView) tile.draw();
-    }
+    for (const tile of tiles) tile.stale = true;
+    if (begins) moment().begin();
+    for (const tile of tiles) if (tile.inView) tile.draw();
     drawStaleWhenIdle();
-    return { key: flight.key, count: flight.count };
+    document.dispatchEvent(new CustomEvent("flightchanged"));
+    return { key: flight().key, count: flight().count };
   }
 
+  document.addEventListener("unitschanged", () => redraw((tile) => tile.draw()));
+
   new MutationObserver(() => {
-    for (const tile of tiles) {
-      tile.sensor.redraw(false, true);
-      tile.residual.redraw(false, true);
-    }
+    colours.clear();
+    redraw(redrawPlots);
   }).observe(document.documentElement, {
     attributes: true,
     attributeFilter: ["data-mantine-color-scheme"],
   });
 
-  window.dash_clientside = window.dash_clientside || {};
-  window.dash_clientside.tiles = { showFlight, moveCursor, flownUntil, clock };
+  window.dash_clientside = Object.assign({}, window.dash_clientside, {
+    tiles: { showFlight, moveCursor, showZoom, showMarks, showBetween },
+  });
 })();

@@ -11,6 +11,7 @@ from dash.exceptions import PreventUpdate
 
 from app.live import UNEXPECTED, Page, Sessions
 from app.pages import (
+    cursor_tools,
     fault_page,
     faults,
     fly,
@@ -87,6 +88,7 @@ def register(app: Dash, services: Services) -> None:
     playback.register(
         app, lambda session_id, time_s: services.sessions.get(session_id).seek(time_s)
     )
+    cursor_tools.register(app)
     library.register(app)
     runs_callbacks.register(app, services.store)
     present.register(app)

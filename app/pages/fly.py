@@ -9,9 +9,11 @@ import numpy as np
 from dash import dcc, html
 
 from app.pages.attributes import attributes
+from app.pages.cursor_tools import cursor_tools
 from app.pages.playback import playback_bar
 from app.pages.report_panel import report_panel
 from app.pages.setup import DEFAULT_FAULT, DEFAULT_PLAN, setup_panel
+from app.panels.engine_view import engine_view
 from app.panels.probabilities import probability_figure
 from app.panels.residuals import heat_strip
 from app.panels.sensors import cleared, tile_specs
@@ -52,7 +54,10 @@ def layout(fault: Fault = DEFAULT_FAULT) -> html.Div:
             html.Div(_run_bar(fault), className="area-bar"),
             html.Div(_scene_panel(), className="area-scene"),
             html.Div([_diagnosis_panel(), report_panel()], className="area-verdict"),
-            html.Div(html.Div(_channel_panels(), className="charts"), className="area-charts"),
+            html.Div(
+                html.Div([engine_view(), *_channel_panels()], className="charts"),
+                className="area-charts",
+            ),
             dcc.Store(id="tile-specs", data=tile_specs()),
             dcc.Store(id="flight", data=cleared("", DEFAULT_PLAN.duration_s, None)),
         ],
@@ -167,6 +172,7 @@ def _scene_panel() -> html.Section:
             ),
             html.Div(id="scene", className="scene"),
             playback_bar(),
+            cursor_tools(),
         ],
         className="panel",
         **attributes(aria_label="Flight path in 3D"),
@@ -211,6 +217,7 @@ def _diagnosis_panel() -> html.Section:
                 className="panel-head",
             ),
             html.Div(html.P(RANKING_HINT, className="note"), id="ranking"),
+            html.Div(id="ranking-at", hidden=True),
             html.Div(id="diagnosis-notes"),
             html.H3(
                 [term("probability", "Probability"), " of each class"], className="chart-title"
@@ -258,6 +265,7 @@ def _tile(index: int, channel: Channel) -> html.Figure:
                     html.Span(unit_label(channel.unit), className="tile-unit"),
                 ]
             ),
+            html.Output("", id=f"between-{index}", className="tile-between mono"),
             html.Div(id=tile_id(index), className="tile-chart"),
         ],
         className="tile",

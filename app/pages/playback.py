@@ -17,8 +17,6 @@ from app.panels.axes import clock
 SPEEDS = (1, 10, 60)
 """How many seconds of the flight pass in one, to choose from."""
 
-CHARTS = ("probabilities", "residual-strip")
-
 
 def playback_bar() -> html.Div:
     """Play, speed, and the slider that holds the cursor."""
@@ -75,7 +73,6 @@ def register(app: Dash, seek: Callable[[str, float | None], None]) -> None:
         ("scrub", (Input("scrub", "value"),)),
         ("setSpeed", (Input("play-speed", "value"),)),
         ("label", (Output("scrub-time", "children"), Input("scrub", "value"))),
-        *(("point", (Input(chart, "hoverData"),)) for chart in CHARTS),
     ]
     for name, dependencies in in_browser:
         app.clientside_callback(  # type: ignore[no-untyped-call]  # dash types callback alone

@@ -9,6 +9,7 @@ import numpy as np
 from dash import html
 
 from app.pages import fly, report_panel
+from app.pages.cursor_tools import LIMIT_MARKS_ID, TRACK_ID, VERDICT_MARKS_ID
 from app.pages.report_panel import whole_report
 from app.pages.report_writing import Job
 from app.pages.setup import DEFAULT_PLAN, error_id, field_id, form_values
@@ -22,6 +23,7 @@ from app.pages.words import (
     run_title,
 )
 from app.panels.axes import Array, clock
+from app.panels.marks import Mark, limit_marks, track, verdict_marks
 from app.panels.probabilities import class_colours, leaders, probability_figure
 from app.panels.residuals import heat_strip
 from app.panels.sensors import cleared, extended, whole
@@ -88,7 +90,8 @@ class RunView:
 
     def _begin(self) -> None:
         """Start with empty tiles, forgetting what an attempt that came to nothing has sent."""
-        self._tiles = cleared(secrets.token_hex(8), self.duration_s, self.onset_s)
+        key = secrets.token_hex(8)
+        self._tiles = cleared(key, self.duration_s, self.onset_s, self.record.id)
         self._strip_s = 0.0
         self._samples: list[events.Samples] = []
         self._windows: list[events.Probabilities] = []
@@ -161,10 +164,12 @@ class RunView:
         strip = heat_strip(
             pair.faulted.time_s, pair.residual, duration_s=self.duration_s, onset_s=self.onset_s
         )
+        found = flight_events(pair.faulted)
         return [
             Update("flight", "data", whole(self._tiles, pair)),
             Update(fly.STRIP_ID, "figure", strip),
-            Update("flight-events", "children", _event_lines(flight_events(pair.faulted))),
+            Update("flight-events", "children", _event_lines(found)),
+            self._marked(LIMIT_MARKS_ID, limit_marks(found)),
         ]
 
     def diagnosed(self, diagnosis: Diagnosis) -> list[Update]:
@@ -175,6 +180,7 @@ class RunView:
             *self._verdict(
                 names, diagnosis.time_s, diagnosis.probabilities_over_time, diagnosis.probabilities
             ),
+            self._marked(VERDICT_MARKS_ID, verdict_marks(diagnosis, self.record.fault)),
             Update(
                 "diagnosis-notes", "children", [html.P(note, className="caution") for note in notes]
             ),
@@ -230,7 +236,16 @@ class RunView:
         return [
             Update(fly.PROBABILITIES_ID, "figure", figure),
             Update("ranking", "children", _ranking(names, ranking, shares)),
+            Update(
+                TRACK_ID,
+                "data",
+                track(self.record.id, names, time_s, over_time, class_colours(ranking)),
+            ),
         ]
+
+    def _marked(self, store: str, marks: list[Mark]) -> Update:
+        """Marks for the charts of this run, which the page may not show yet."""
+        return Update(store, "data", {"run": self.record.id, "marks": marks})
 
     def _progress(self, event: events.Progress) -> list[Update]:
         words = STAGES[event.stage]
@@ -306,6 +321,7 @@ def _resting(tiles: dict[str, Any]) -> list[Update]:
     figures = fly.resting_figures(tiles["duration_s"], tiles["onset_s"])
     return [
         Update("flight", "data", tiles),
+        *(Update(store, "data", None) for store in (VERDICT_MARKS_ID, LIMIT_MARKS_ID, TRACK_ID)),
         *(Update(graph, "figure", figure) for graph, figure in figures.items()),
     ]
 

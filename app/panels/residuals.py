@@ -60,16 +60,24 @@ def heat_strip(
         "colorscale": [list(stop) for stop in theme.DIVERGING],
         "ygap": 1,
         "hovertemplate": "%{y} at %{x}: %{z:+.1f} σ<extra></extra>",
+        # Above the rows, so that they have the whole width.
         "colorbar": {
-            "thickness": 8,
-            "len": 0.95,
+            "orientation": "h",
+            "x": 0.5,
+            "y": 1.0,
+            "yanchor": "bottom",
+            "thickness": 7,
+            "len": 1.0,
+            "xpad": 0,
+            "ypad": 2,
             "outlinewidth": 0,
+            "ticks": "",
             "tickvals": [-8, -4, 0, 4, 8],
             "ticktext": ["−8 σ", "−4", "0", "+4", "+8 σ"],
         },
     }
     layout = bare_layout(
-        margin={"l": 124, "r": 8, "t": 6, "b": 20},
+        margin={"l": 136, "r": 14, "t": 4, "b": 20},
         hovermode="closest",
         xaxis=time_axis(duration_s, showgrid=False),
         yaxis={
@@ -80,7 +88,7 @@ def heat_strip(
             "showgrid": False,
             "fixedrange": True,
             "zeroline": False,
-            "tickfont": {"size": 9},
+            "tickfont": {"size": 10.5},
         },
         shapes=onset_mark(onset_s),
     )

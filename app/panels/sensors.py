@@ -1,24 +1,27 @@
-"""The 23 channel tiles: what ``assets/tiles.js`` draws of both flights and their residual.
+"""The 23 channels: what ``assets/tiles.js`` draws of both flights and their residual.
 
 The tiles are uPlot canvases, not Plotly figures: one update of all 23 costs Plotly 0.4 s of CPU,
 which would hold up a flight that itself takes a second.
 """
 
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.panels.axes import Array, Array32, base64_floats, kept_rows
+from app.panels.engine_view import gauge_spec
 from core.channels import CHANNELS, Channel, unit_label
 from core.twin.trajectory import Pair
+from core.units import OTHER_UNITS
 
 POINTS_PER_LINE = 400
 """About two a pixel of a tile, so that MinMaxLTTB keeps every spike; 0.5 MB for all tiles."""
 
 
 def tile_specs() -> list[dict[str, Any]]:
-    """How to draw each channel, in channel order.
+    """How to draw each channel, in channel order; ``other`` is the other unit it can be shown in.
 
     ``quiet`` and ``still`` are the least half-spans of the sensor and the residual axis, in the
     channel's unit: a channel in which nothing happens must look as if nothing happened.
@@ -26,9 +29,14 @@ def tile_specs() -> list[dict[str, Any]]:
     return [_spec(channel) for channel in CHANNELS]
 
 
-def cleared(key: str, duration_s: float, onset_s: float | None) -> dict[str, Any]:
-    """Empty tiles for a flight of that name and length; ``onset_s`` None marks no onset."""
-    return {"key": key, "duration_s": duration_s, "onset_s": onset_s}
+def cleared(
+    key: str, duration_s: float, onset_s: float | None, run_id: str | None = None
+) -> dict[str, Any]:
+    """Empty tiles for a flight of that name and length; ``onset_s`` None marks no onset.
+
+    ``run_id`` is the run whose marks belong to it.
+    """
+    return {"key": key, "run": run_id, "duration_s": duration_s, "onset_s": onset_s}
 
 
 def extended(
@@ -60,13 +68,22 @@ def _spec(channel: Channel) -> dict[str, Any]:
     noise = 4.0 * float(np.hypot(channel.noise_sd, channel.wander_sd))
     return {
         "name": channel.name,
+        "label": channel.label,
         "unit": unit_label(channel.unit),
         "decimals": channel.decimals,
         "resting": sum(channel.green) / 2 if channel.green else 0.0,
         "quiet": max(noise, 0.02 * channel.full_scale),
         "still": max(noise, 0.01 * channel.full_scale),
         "limits": [limit for limit in channel.red if limit is not None],
+        "gauge": gauge_spec(channel),
+        "other": _other_unit(channel),
     }
+
+
+def _other_unit(channel: Channel) -> dict[str, Any] | None:
+    """A conversion as `core.units` has it, with the digits to add."""
+    other = OTHER_UNITS.get(channel.unit)
+    return None if other is None else asdict(other) | {"extra_decimals": other.extra_decimals}
 
 
 def _decimated(time_s: Array, faulted: Array32, mirror: Array32) -> list[str]:

@@ -12,12 +12,12 @@ import numpy as np
 import plotly.graph_objects as go
 
 from core.diagnosis.diagnosis import Diagnosis
+from core.diagnosis.naming import named_at
 from core.diagnosis.scores import scores
 from core.experiments.drawing import BLUE, ORANGE, axis, finish
 from core.experiments.fresh import FIRST_SEED, ONSET_S, SEVERITIES, fresh_runs, shipped
 from core.experiments.results import Progress, Result
 from core.fmea.catalogue import class_ids
-from core.residual.window import EFFECTIVE_S
 from core.twin.flight import fly_pair
 
 REPEATS, QUICK_REPEATS = 3, 1
@@ -72,15 +72,9 @@ def run(quick: bool, progress: Progress) -> Result:
 
 def named_after(diagnosis: Diagnosis, mode: str, onset_s: float) -> float | None:
     """Seconds from the onset until the right answer stays; None if it does not."""
-    within = (diagnosis.time_s >= onset_s) & (diagnosis.time_s <= onset_s + EFFECTIVE_S)
-    right = diagnosis.probabilities_over_time[within].argmax(axis=1) == diagnosis.classes.index(
-        mode
-    )
-    if not right.size or not right[-1]:
-        return None
-    wrong = np.flatnonzero(~right)
-    first = int(wrong[-1]) + 1 if len(wrong) else 0
-    return float(diagnosis.time_s[within][first] - onset_s)
+    right = diagnosis.classes.index(mode)
+    named_s = named_at(diagnosis.time_s, diagnosis.probabilities_over_time, right, onset_s)
+    return None if named_s is None else named_s - onset_s
 
 
 def _row(residual: str, severity: float, told: list[Told]) -> Told:

@@ -1,0 +1,168 @@
+// The flight that the page shows: its samples, as the browser holds them, and what they read at a
+// moment, in the units that the reader has chosen. `tiles.js` and `engine.js` draw from here.
+//
+// Samples come from `app/panels/sensors.py` as float32 in base64, conversions from `core/units.py`.
+
+(function () {
+  "use strict";
+
+  const MEAN_OVER_S = 2;
+
+  let flight = emptyFlight({ key: null, run: null, duration_s: 300, onset_s: null });
+  let specs = [];
+  let chosen = new Set();
+
+  function emptyFlight({ key, run, duration_s, onset_s }) {
+    return { key, run, duration_s, onset_s, count: 0, channels: [] };
+  }
+
+  function floats(base64) {
+    const bytes = Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));
+    return new Float32Array(bytes.buffer);
+  }
+
+  // ---- samples ------------------------------------------------------------------------------
+
+  // Takes a message; returns whether it began another flight.
+  function take(message) {
+    const begins = message.key !== flight.key || (message.start ?? 0) > flight.count;
+    if (begins) flight = emptyFlight(message);
+    if (message.whole) replace(message);
+    else if (message.time_s && message.start <= flight.count) extend(message);
+    return begins;
+  }
+
+  // Samples from `start` on, for all channels; whatever was there from `start` on is replaced.
+  function extend(message) {
+    const time = floats(message.time_s);
+    const faulted = floats(message.faulted);
+    const mirror = floats(message.mirror);
+    const n = time.length;
+    const channelCount = faulted.length / n;
+    for (let index = 0; index < channelCount; index++) {
+      const before = flight.channels[index] || [[], [], []];
+      const own = index * n;
+      flight.channels[index] = [time, faulted.subarray(own, own + n), mirror.subarray(own, own + n)]
+        .map((values, row) => before[row].slice(0, message.start).concat(Array.from(values)));
+    }
+    flight.count = message.start + n;
+  }
+
+  function replace(message) {
+    flight.channels = message.whole.map((rows) => rows.map((row) => Array.from(floats(row))));
+    flight.count = Number.MAX_SAFE_INTEGER;
+  }
+
+  // The latest time that there is something to see of.
+  function flownUntil() {
+    const [time] = flight.channels[0] || [[]];
+    return time.length ? time[time.length - 1] : 0;
+  }
+
+  // The first sample at or after a time.
+  function rowAfter(time, time_s) {
+    let low = 0;
+    let high = time.length;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (time[middle] < time_s) low = middle + 1;
+      else high = middle;
+    }
+    return low;
+  }
+
+  // What a channel read at a time, or reads now (null); null where nothing has been flown.
+  function at(index, time_s) {
+    const [time, faulted, mirror] = flight.channels[index] || [[], [], []];
+    const last = time.length - 1;
+    if (last < 0 || (time_s !== null && time_s > time[last] + MEAN_OVER_S)) return null;
+    let row = time_s === null ? last : Math.min(rowAfter(time, time_s), last);
+    if (row > 0 && time_s !== null && time_s - time[row - 1] < time[row] - time_s) row -= 1;
+    return { faulted: faulted[row], mirror: mirror[row] };
+  }
+
+  // The mean over 2 s around a time: two samples compared would compare their noise, and drawn
+  // samples are the extreme ones.
+  function mean(index, time_s) {
+    const [time, faulted, mirror] = flight.channels[index] || [[], [], []];
+    const from = rowAfter(time, time_s - MEAN_OVER_S / 2);
+    const to = rowAfter(time, time_s + MEAN_OVER_S / 2);
+    if (to <= from) return at(index, time_s);
+    const average = (row) => row.slice(from, to).reduce((sum, value) => sum + value, 0) / (to - from);
+    return { faulted: average(faulted), mirror: average(mirror) };
+  }
+
+  // ---- units and text -----------------------------------------------------------------------
+
+  const AS_LOGGED = { value: (logged) => logged, difference: (logged) => logged };
+
+  // How to show a channel in the unit chosen for its quantity.
+  function shown(spec) {
+    const { other } = spec;
+    if (!other || !chosen.has(other.quantity)) {
+      return { ...AS_LOGGED, label: spec.unit, decimals: spec.decimals, converted: false };
+    }
+    return {
+      value: (logged) => logged * other.factor + other.offset,
+      difference: (logged) => logged * other.factor,
+      label: other.label,
+      decimals: Math.max(0, spec.decimals + other.extra_decimals),
+      converted: true,
+    };
+  }
+
+  function clock(time_s) {
+    const total = Math.round(time_s);
+    const [hours, minutes, seconds] = [total / 3600, (total / 60) % 60, total % 60].map(Math.floor);
+    const pad = (number) => String(number).padStart(2, "0");
+    return hours ? `${hours}:${pad(minutes)}:${pad(seconds)}` : `${pad(minutes)}:${pad(seconds)}`;
+  }
+
+  // With a minus sign, not a hyphen, and never "minus nothing".
+  function number(value, decimals) {
+    const text = value.toFixed(decimals);
+    return Number(text) === 0 ? text.replace("-", "") : text.replace("-", "−");
+  }
+
+  function signed(value, decimals) {
+    const text = number(value, decimals);
+    return text.startsWith("−") ? text : `+${text}`;
+  }
+
+  function chooseUnits(quantities) {
+    chosen = new Set(quantities);
+    document.dispatchEvent(new CustomEvent("unitschanged"));
+    return unitNames();
+  }
+
+  // One unit of each quantity, the plainest: "ft" stands for "ft/min" too.
+  function unitNames() {
+    const units = {};
+    for (const spec of specs) {
+      if (!spec.other) continue;
+      const { label } = shown(spec);
+      const { quantity } = spec.other;
+      if (!units[quantity] || label.length < units[quantity].length) units[quantity] = label;
+    }
+    return specs.length ? `Units: ${Object.values(units).join(" · ")}` : "Units";
+  }
+
+  function describe(channels) {
+    specs = channels;
+    const button = document.getElementById("units-chosen");
+    if (button) button.textContent = unitNames();
+  }
+
+  window.dash_clientside = Object.assign({}, window.dash_clientside, {
+    flight: {
+      take, at, mean, flownUntil, describe, shown, chooseUnits, clock, number, signed,
+      rows: (index) => flight.channels[index] || [[], [], []],
+      get specs() { return specs; },
+      get run() { return flight.run; },
+      get key() { return flight.key; },
+      get count() { return flight.count; },
+      get duration_s() { return flight.duration_s; },
+      get onset_s() { return flight.onset_s; },
+    },
+  });
+})();
