@@ -15,6 +15,7 @@ from safetensors.torch import load, save
 from torch import Tensor
 
 from core.errors import MirrorTwinError
+from core.jobs.files import whole_file
 
 CARD_FORMAT = 1
 
@@ -25,13 +26,14 @@ def save_model(models: Path, card: Card, weights: dict[str, Tensor]) -> Card:
     """Write ``NAME.safetensors`` and ``NAME.json``, ``NAME`` being ``card["name"]``.
 
     Returns the card with its format number and the checksum of the weights added. Each file is
-    written whole and then renamed, so a crash leaves the old one.
+    written whole or not at all. Raises `StoreError` if the disk will not take it.
     """
     models.mkdir(parents=True, exist_ok=True)
     content = save({name: tensor.contiguous() for name, tensor in weights.items()})
     card = {"format": CARD_FORMAT, **card, "weights_sha256": hashlib.sha256(content).hexdigest()}
-    write_whole(models / f"{card['name']}.safetensors", content)
-    write_whole(models / f"{card['name']}.json", readable_json(card).encode())
+    with whole_file(models / f"{card['name']}.safetensors") as temporary:
+        temporary.write_bytes(content)
+    _write_card(models, card)
     return card
 
 
@@ -39,8 +41,13 @@ def save_card(models: Path, card: Card) -> Card:
     """Write the card alone, for a classifier whose weights are not kept."""
     models.mkdir(parents=True, exist_ok=True)
     card = {"format": CARD_FORMAT, **card, "weights_sha256": None}
-    write_whole(models / f"{card['name']}.json", readable_json(card).encode())
+    _write_card(models, card)
     return card
+
+
+def _write_card(models: Path, card: Card) -> None:
+    with whole_file(models / f"{card['name']}.json") as temporary:
+        temporary.write_text(readable_json(card), encoding="utf-8")
 
 
 def read_card(models: Path, name: str) -> Card:
@@ -78,13 +85,6 @@ def load_model(models: Path, name: str) -> tuple[Card, dict[str, Tensor]]:
         return card, load(content)
     except SafetensorError as error:
         raise MirrorTwinError(f"model {name}: the weights are damaged: {error}") from None
-
-
-def write_whole(path: Path, content: bytes) -> None:
-    """Write a file so that it exists whole or not at all."""
-    partial = path.with_name(path.name + ".partial")
-    partial.write_bytes(content)
-    partial.replace(path)
 
 
 def readable_json(values: Any) -> str:

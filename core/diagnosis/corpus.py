@@ -1,18 +1,23 @@
 """One part of a data set as the classifiers read it: windows, features, labels."""
 
-import io
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from core.diagnosis.card import write_whole
-from core.diagnosis.features import FeatureMode, Inputs, Normalisation, n_features
+from core.diagnosis.features import (
+    WINDOW_POOLED,
+    FeatureMode,
+    Inputs,
+    Normalisation,
+    n_features,
+)
 from core.diagnosis.scores import Labels
 from core.diagnosis.windows import Stretch, Window, scored_windows, training_windows
 from core.errors import InputError
 from core.experiments.archive import StoredRun, read_run
+from core.jobs.files import whole_file
 from core.residual.window import WINDOW_STEPS
 from core.surrogate.controls import controls
 from core.surrogate.surrogate import Surrogate
@@ -74,21 +79,21 @@ class Corpus:
     def scored_batches(
         self, normalisation: Normalisation, size: int
     ) -> Iterator[NDArray[np.float32]]:
-        """Features of the scored windows in order, (size, 46, 1500) at a time."""
+        """Features of the scored windows in order, (size, 46, 150) at a time."""
         for start in range(0, len(self.scored), size):
             yield self._batch(normalisation, self.scored[start : start + size])[0]
 
     def training_batches(
         self, normalisation: Normalisation, size: int, rng: np.random.Generator
     ) -> Iterator[Batch]:
-        """One epoch of freshly drawn windows: features (size, 46, 1500) and labels (size,)."""
+        """One epoch of freshly drawn windows: features (size, 46, 150) and labels (size,)."""
         windows = training_windows(self.stretches, self._nominal, rng)
         # A last batch of one cannot be batch-normalised; leave so small a rest for next time.
         for start in range(0, len(windows) - 1, size):
             yield self._batch(normalisation, windows[start : start + size])
 
     def _batch(self, normalisation: Normalisation, windows: list[Window]) -> Batch:
-        size = (len(windows), n_features(self.shown), WINDOW_STEPS)
+        size = (len(windows), n_features(self.shown), WINDOW_POOLED)
         features = np.empty(size, dtype=np.float32)
         for row, window in enumerate(windows):
             rows = slice(window.start_row, window.start_row + WINDOW_STEPS)
@@ -120,8 +125,7 @@ def _surrogate_residual(folder: Path, run: StoredRun, pair: Pair, surrogate: Sur
         path.parent.mkdir(parents=True, exist_ok=True)
         channels = np.asarray(pair.faulted.channels)
         commanded = controls(Plan.from_dict(run.plan), run.start_row, len(channels))
-        content = io.BytesIO()
-        np.save(content, surrogate.residual(channels, commanded))
-        write_whole(path, content.getvalue())
+        with whole_file(path) as temporary, temporary.open("wb") as file:
+            np.save(file, surrogate.residual(channels, commanded))
     residual: Array32 = np.load(path, mmap_mode="r")
     return residual

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.channels import CHANNELS, N_CHANNELS
+from core.residual.window import WINDOW_STEPS
 from core.twin.trajectory import Array, Array32, Pair
 
 N_FEATURES = 2 * N_CHANNELS
@@ -32,10 +33,20 @@ def n_features(inputs: Inputs) -> int:
     return int(rows.stop - rows.start)
 
 
+POOL_STEPS = 10
+"""Samples whose mean is one step of what the classifiers see: 0.2 s.
+
+Faults of the FMEA change an engine over seconds to minutes, sensor noise from sample to sample:
+means lose nothing of the one and two thirds of the other. Taken before anything that is not linear,
+they also leave a tenth of the multiplications. The window stays the paper's 1,500 samples.
+"""
+
+WINDOW_POOLED = WINDOW_STEPS // POOL_STEPS
+
 QUARTILES_PER_SD = 1.349
 """How many standard deviations lie between the quartiles of a normal distribution."""
-QUARTILE_STRIDE = 50
-"""One sample a second is enough to find the quartiles."""
+QUARTILE_STRIDE = 5
+"""One step a second is enough to find the quartiles."""
 
 NOISE_SD = np.array([channel.noise_sd for channel in CHANNELS])
 
@@ -49,11 +60,13 @@ what tells many faults apart, becomes a difference whatever the severity.
 """
 
 SHAPE_GAIN = 10.0
-"""How much the course of a residual within its window is magnified.
+MIRROR_SHAPE_GAIN = 30.0
+"""How much the course of a channel within its window is magnified; the mirror's residual, which has
+no noise, can take more of it.
 
 A plugged and a cracked baffle heat the same head by the same few degrees; only the course differs,
 a step that levels off or a growth that goes on. Within 30 s that is a tenth of the level or less,
-and the network, which averages over the window, would hardly see it. So each residual is split
+and the network, which averages over the window, would hardly see it. So each channel is split
 into its mean over the window, kept, and its departure from that mean, magnified.
 """
 
@@ -90,6 +103,13 @@ def _differences(pair: Pair) -> Array32:
     return differences
 
 
+def pooled(rows: Array32) -> Array32:
+    """Means of `POOL_STEPS` rows each, (n, k) -> (n // POOL_STEPS, k); a rest is left out."""
+    n = len(rows) // POOL_STEPS
+    means: Array32 = rows[: n * POOL_STEPS].reshape(n, POOL_STEPS, rows.shape[1]).mean(axis=1)
+    return means
+
+
 def _nothing(pair: Pair) -> Array32:
     return np.zeros_like(pair.faulted.channels)
 
@@ -99,15 +119,16 @@ FEATURE_MODES: dict[str, FeatureMode] = {
     for mode in (
         FeatureMode(
             "paired", "Paired-mirror residuals", "both",
-            COMPRESSION * NOISE_SD, SHAPE_GAIN, lambda pair: pair.residual,
+            COMPRESSION * NOISE_SD, MIRROR_SHAPE_GAIN, lambda pair: pair.residual,
         ),
         FeatureMode(
             "surrogate", "GRU surrogate prediction residuals", "both",
-            np.full(N_CHANNELS, SURROGATE_COMPRESSION), 1.0, None,
+            np.full(N_CHANNELS, SURROGATE_COMPRESSION), SHAPE_GAIN, None,
         ),
-        FeatureMode("raw", "Raw states", "states", NOISE_SD, 1.0, _nothing),
+        FeatureMode("raw", "Raw states", "states", NOISE_SD, SHAPE_GAIN, _nothing),
         FeatureMode(
-            "differencing", "Simple differencing", "residuals", NOISE_SD, 1.0, _differences
+            "differencing", "Simple differencing", "residuals",
+            NOISE_SD, SHAPE_GAIN, _differences,
         ),
     )
 }  # fmt: skip
@@ -118,12 +139,12 @@ FEATURE_MODES: dict[str, FeatureMode] = {
 class Normalisation:
     """Constants that bring 46 channels to comparable size; all (23,) and from training data only.
 
-    A residual r is compressed, c = asinh(r / residual_scale); with its mean m over the window it
-    becomes ``m / residual_sd + asinh(shape_gain (c - m))``: no centring, so that a residual of
-    exactly zero stays zero. A sensor value x is treated alike, c = asinh((x - sensor_mean) /
-    sensor_sd) becoming ``m + asinh(sensor_gain (c - m))``; mean and deviation are those of the
-    middle half of the training data, or else a few dead engines would set the scale for all.
-    Without ``sensor_gain``, as on older cards, x becomes ``(x - sensor_mean) / sensor_sd``.
+    A `pooled` residual r is compressed, c = asinh(r / residual_scale); with its mean m over the
+    window it becomes ``m / residual_sd + asinh(shape_gain (c - m))``: no centring, so that a
+    residual of exactly zero stays zero. A sensor value x is treated alike, c = asinh((x -
+    sensor_mean) / sensor_sd) becoming ``m + asinh(sensor_gain (c - m))``; mean and deviation are
+    those of the middle half of the training data, or else a few dead engines would set the scale
+    for all.
     """
 
     residual_scale: Array
@@ -131,7 +152,7 @@ class Normalisation:
     shape_gain: Array
     sensor_mean: Array
     sensor_sd: Array
-    sensor_gain: Array | None = None
+    sensor_gain: Array
 
     @classmethod
     def fitted(cls, flights: Iterable[tuple[Array32, Array32]], mode: FeatureMode) -> Self:
@@ -139,9 +160,10 @@ class Normalisation:
         count, squares = 0, np.zeros(N_CHANNELS)
         seen = []
         for residual, sensors in flights:
-            count += len(residual)
-            squares += np.square(np.arcsinh(residual / mode.scale)).sum(axis=0)
-            seen.append(sensors[::QUARTILE_STRIDE])
+            steps = pooled(residual)
+            count += len(steps)
+            squares += np.square(np.arcsinh(steps / mode.scale)).sum(axis=0)
+            seen.append(pooled(sensors)[::QUARTILE_STRIDE])
         low, middle, high = np.percentile(np.concatenate(seen), (25, 50, 75), axis=0)
         return cls(
             residual_scale=mode.scale,
@@ -155,36 +177,31 @@ class Normalisation:
     def features(
         self, residual: Array32, sensors: Array32, inputs: Inputs = "both"
     ) -> NDArray[np.float32]:
-        """Of one window's (n, 23) residuals and sensors: (46, n) float32, residuals first.
+        """Of one window's (n, 23) residuals and sensors: (46, n / 10) float32, residuals first.
 
-        With ``inputs`` other than both, only that half, (23, n).
+        With ``inputs`` other than both, only that half, (23, n / 10).
         """
-        features = np.empty((n_features(inputs), len(residual)), dtype=np.float32)
+        features = np.empty((n_features(inputs), len(residual) // POOL_STEPS), dtype=np.float32)
         if inputs != "states":
-            compressed = np.arcsinh(residual / self.residual_scale)
+            compressed = np.arcsinh(pooled(residual) / self.residual_scale)
             level = compressed.mean(axis=0)
             shape = np.arcsinh(self.shape_gain * (compressed - level))
             features[:N_CHANNELS] = (level / self.residual_sd + shape).T
         if inputs != "residuals":
-            features[-N_CHANNELS:] = self._sensors(sensors).T
+            compressed = np.arcsinh((pooled(sensors) - self.sensor_mean) / self.sensor_sd)
+            level = compressed.mean(axis=0)
+            shape = np.arcsinh(self.sensor_gain * (compressed - level))
+            features[-N_CHANNELS:] = (level + shape).T
         return features
 
-    def _sensors(self, sensors: Array32) -> Array:
-        scaled = (sensors - self.sensor_mean) / self.sensor_sd
-        if self.sensor_gain is None:
-            return scaled
-        compressed: Array = np.arcsinh(scaled)
-        level = compressed.mean(axis=0)
-        shown: Array = level + np.arcsinh(self.sensor_gain * (compressed - level))
-        return shown
-
-    def to_dict(self) -> dict[str, list[float]]:
+    def to_dict(self) -> dict[str, Any]:
         """Plain JSON-ready values, in channel order; `from_dict` reads them back."""
-        values = {name: getattr(self, name) for name in self.__dataclass_fields__}
-        return {name: value.tolist() for name, value in values.items() if value is not None}
+        constants = {name: getattr(self, name).tolist() for name in self.__dataclass_fields__}
+        return {"pool_steps": POOL_STEPS, **constants}
 
     @classmethod
     def from_dict(cls, values: dict[str, Any]) -> Self:
-        """Read what `to_dict` wrote."""
-        given = {name: np.asarray(value) for name, value in values.items()}
-        return cls(**{name: given[name] for name in cls.__dataclass_fields__ if name in given})
+        """Read what `to_dict` wrote; raises `ValueError` where steps were pooled otherwise."""
+        if values["pool_steps"] != POOL_STEPS:
+            raise ValueError(f"{values['pool_steps']} samples were pooled, not {POOL_STEPS}")
+        return cls(**{name: np.asarray(values[name]) for name in cls.__dataclass_fields__})

@@ -1,9 +1,9 @@
-"""The neural classifiers: each maps (batch, features, 1500) windows to (batch, classes) logits.
+"""The neural classifiers: each maps (batch, features, 150) windows to (batch, classes) logits.
 
 The paper gives the convolutional network in full (section 5.1) and only names the other three.
 Their sizes are ours: about as many multiplications a window as the paper's network or fewer. The
-recurrent network and the transformer read the window in patches of a fifth of a second, which
-shortens their sequence from 1,500 steps to 150.
+recurrent network and the transformer read the window in patches of five steps (1 s), which
+shortens their sequence from 150 steps to 30.
 """
 
 import math
@@ -17,8 +17,8 @@ CNN_KERNEL = 7
 HIDDEN = 128
 DROPOUT = 0.15
 
-PATCH = 10
-"""Steps of a patch: 0.2 s."""
+PATCH = 5
+"""Steps of a patch: 1 s."""
 
 LSTM_WIDTH = 128
 LSTM_LAYERS = 2

@@ -16,7 +16,7 @@ from core.diagnosis.scores import Labels
 STATISTICS = ("mean", "standard deviation", "least", "greatest", "first second", "last second")
 """Of each channel over the window; differences of the last two tell which way it went."""
 
-EDGE_STEPS = 50
+EDGE_STEPS = 5
 FLOOR = 1e-6
 
 

@@ -1,5 +1,6 @@
 """Training of a classifier, resumable, and the card that comes of it (paper section 5.1)."""
 
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ from core.diagnosis.card import Card, save_card, save_model
 from core.diagnosis.corpus import Corpus
 from core.diagnosis.features import FEATURE_MODES, FeatureMode, Normalisation
 from core.diagnosis.predict import Diagnoser
-from core.diagnosis.scores import scores
+from core.diagnosis.scores import Labels, scores
 from core.diagnosis.settings import Epoch, TrainingSettings
 from core.diagnosis.trainer import Fit, fit_for, identity_of
 from core.errors import InputError
@@ -21,6 +22,9 @@ from core.experiments.provenance import provenance
 from core.fmea.catalogue import class_ids
 from core.paths import MODELS
 from core.surrogate.surrogate import Surrogate
+
+FLOWN_AGAIN = ("severity", "onset_s", "cylinder")
+"""What, beside its seed, a flight of the data set needs to be flown again."""
 
 
 def train(
@@ -120,8 +124,32 @@ def _score(card: Card, fit: Fit, validation: Corpus, test: Corpus) -> None:
     ):
         truth = corpus.truth()
         card["scores"][name] = scores(truth, logits.argmax(axis=1), classes) | {
-            "calibration": calibration.report(logits, truth)
+            "calibration": calibration.report(logits, truth),
+            "mistakes": mistakes(corpus, logits.argmax(axis=1)),
         }
+
+
+def mistakes(corpus: Corpus, found: Labels) -> list[dict[str, Any]]:
+    """The flights behind the confusion matrix: those with windows taken for another class.
+
+    ``found``: (n,) class numbers of the scored windows. Each flight is told so that it can be flown
+    again: its seed, class, severity, onset and cylinder, and how many windows were taken for what.
+    """
+    counts = Counter(
+        (window.run, int(taken))
+        for window, taken in zip(corpus.scored, found, strict=True)
+        if taken != window.label
+    )
+    return [
+        {
+            "true": corpus.runs[run].mode,
+            "predicted": corpus.classes[taken],
+            "windows": count,
+            "seed": corpus.runs[run].plan["seed"],
+            **{name: corpus.runs[run].fault.get(name) for name in FLOWN_AGAIN},
+        }
+        for (run, taken), count in sorted(counts.items())
+    ]
 
 
 def whole_run_scores(diagnoser: Diagnoser, corpus: Corpus) -> dict[str, Any]:

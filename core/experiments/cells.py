@@ -33,9 +33,6 @@ QUICK_SPEC = DatasetSpec(
 )
 """What ``--quick`` flies: enough for every class to be learnt from, validated on and tested."""
 
-PATIENCE = 40
-"""Epochs without a better validation score after which training stops (paper section 5.1)."""
-
 QUICK_EPOCHS = 2
 FLYING = 0.3
 """The share of a table's progress that flying its data set makes up."""
@@ -85,8 +82,8 @@ class Bench:
         return conditions
 
     def settings(self, **chosen: Any) -> TrainingSettings:
-        """Training settings with the paper's patience; quick, those that only prove the path."""
-        settings = TrainingSettings(patience=PATIENCE, **chosen)
+        """Training settings; quick, those that only prove the path."""
+        settings = TrainingSettings(**chosen)
         return replace(settings, epochs=QUICK_EPOCHS, draws=1) if self.quick else settings
 
     def filled(self, cells: Iterable[Cell], progress: Progress) -> dict[str, Card | None]:
@@ -203,6 +200,7 @@ def told(card: Card) -> dict[str, Any]:
         "per_class_f1": found["per_class_f1"],
         "confusion": found["confusion"],
         "confused": found["confused"],
+        "mistakes": found["mistakes"],
         "epochs_run": training.get("epochs_run"),
         "training_s": training["seconds"],
         "device": training["device"],

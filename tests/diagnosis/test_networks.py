@@ -22,4 +22,4 @@ def test_cnn_is_that_of_section_5_1():
 
 def test_every_classifier_maps_windows_to_logits():
     for name, build in NETWORKS.items():
-        assert build(46, 20)(torch.zeros(2, 46, 1500)).shape == (2, 20), name
+        assert build(46, 20)(torch.zeros(2, 46, 150)).shape == (2, 20), name
