@@ -20,6 +20,7 @@ import numpy as np
 
 from core.errors import InputError, StoreError
 from core.experiments.provenance import provenance
+from core.jobs.files import whole_file, write_json
 from core.twin.plan import DT_S
 from core.twin.trajectory import Array32, Pair, Trajectory
 
@@ -32,7 +33,7 @@ class StoredRun:
     """One run of the data set: what it is, which samples were kept, and their checksum.
 
     ``start_row`` is the first kept sample's index in the flight, ``departure_row`` that of the
-    first sample at which flight and mirror differ, None if they never do. ``plan`` and ``fault``
+    first sample that shows the fault, None if none does. ``plan`` and ``fault``
     are in their JSON form.
     """
 
@@ -122,11 +123,9 @@ class Archive:
         content = io.BytesIO()
         np.save(content, channels)
         run = replace(run, sha256=hashlib.sha256(content.getbuffer()).hexdigest())
-        path = run_path(self.folder, run.id)
-        partial = path.with_suffix(".partial")
+        with whole_file(run_path(self.folder, run.id)) as temporary:
+            temporary.write_bytes(content.getbuffer())
         try:
-            partial.write_bytes(content.getbuffer())
-            partial.replace(path)
             with (self.folder / JOURNAL).open("a", encoding="utf-8") as journal:
                 journal.write(json.dumps(asdict(run)) + "\n")
         except OSError as error:
@@ -137,10 +136,7 @@ class Archive:
         """Write the manifest, runs in ``order`` whatever order they landed in, and read it back."""
         runs = tuple(self._runs[run] for run in order)
         manifest = Manifest(self._header["spec"], self._header["provenance"], runs)
-        path = self.folder / MANIFEST
-        partial = path.with_suffix(".partial")
-        partial.write_text(json.dumps(manifest.to_dict(), indent=1) + "\n", encoding="utf-8")
-        partial.replace(path)
+        write_json(self.folder / MANIFEST, manifest.to_dict())
         return read_manifest(self.folder)
 
 

@@ -18,9 +18,9 @@ from core.fmea.fault import Fault
 from core.paths import ASSETS
 from core.residual.paired import first_departure
 from core.residual.window import EFFECTIVE_STEPS, STRIDE_STEPS, WINDOW_STEPS
-from core.twin.flight import fly_pair
+from core.twin.flight import fly, fly_pair
 from core.twin.plan import DT_S, PLAN_RANGES, Conditions, Plan, checked_number
-from core.twin.trajectory import Array32
+from core.twin.trajectory import Array32, Pair
 
 Split = Literal["train", "validation", "test"]
 SPEC_PATH = ASSETS / "dataset.toml"
@@ -30,6 +30,9 @@ IN_FLIGHT_PER_WORKER = 2
 
 
 CONNECT_S = 10.0
+
+SOON_S = 15.0
+"""Most faults show within so long after their onset."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,7 +135,7 @@ class FlownRun:
     """The kept stretch of a flown run: (2, rows, 23) float32, faulted then mirror.
 
     ``start_row`` is its first sample in the flight, ``departure_row`` the first sample of the
-    flight at which the two differ, None if they never do.
+    flight that shows the fault, None if none does.
     """
 
     start_row: int
@@ -146,11 +149,29 @@ def fly_run(run: PlannedRun) -> FlownRun:
     A plain function of its argument: any process, Dask worker or machine gives the same bytes.
     """
     pair = fly_pair(run.plan, run.fault)
-    departure_row = first_departure(pair.residual)
+    departure_row = _departure_row(run, pair)
     rows = _kept_rows(run, departure_row)
     kept = pair[rows]
     channels = np.stack([kept.faulted.channels, kept.mirror.channels])
     return FlownRun(rows.start, departure_row, channels)
+
+
+def _departure_row(run: PlannedRun, pair: Pair) -> int | None:
+    """Where the fault begins to show: where the flight leaves the one that it would have been.
+
+    In lab that is the mirror. In field the mirror differs from the first sample on, so the very
+    same aircraft flies once more without the fault, at first only until shortly after the onset.
+    """
+    if run.plan.conditions == "lab":
+        return first_departure(pair.residual)
+    departure_row = None
+    for duration_s in (run.fault.onset_s + SOON_S, run.plan.duration_s):
+        healthy = fly(replace(run.plan, duration_s=min(duration_s, run.plan.duration_s)))
+        flown = pair.faulted.channels[: len(healthy)]
+        departure_row = first_departure(flown - healthy.channels)
+        if departure_row is not None:
+            break
+    return departure_row
 
 
 def _kept_rows(run: PlannedRun, departure_row: int | None) -> slice:

@@ -17,7 +17,8 @@ from core.experiments.archive import Archive, StoredRun, read_manifest, read_run
 from core.experiments.dataset import DatasetSpec, fly_run, generate, planned_runs
 from core.fmea.catalogue import catalogue, class_ids
 from core.residual.window import EFFECTIVE_STEPS, STRIDE_STEPS, WINDOW_STEPS
-from core.twin.flight import fly_pair
+from core.twin.flight import fly, fly_pair
+from core.twin.plan import DT_S
 
 SPEC = DatasetSpec.load()
 SMALL = replace(SPEC, runs_per_class=4, duration_s=70.0, onset_s=(30.0, 35.0))
@@ -119,6 +120,28 @@ def small(tmp_path_factory):
     reported = []
     manifest = generate(SMALL, folder, progress=lambda done, total: reported.append((done, total)))
     return folder, manifest, reported
+
+
+@pytest.mark.parametrize(("mode", "soonest_s", "latest_s"), [
+    ("nominal", None, None), ("engine_failure", 0.0, 1.0), ("baffle_rivet", 15.0, 60.0),
+])  # fmt: skip
+def test_in_field_a_fault_shows_where_the_same_aircraft_would_have_flown_on(
+    mode, soonest_s, latest_s
+):
+    """The field's mirror differs from the first sample on; a rivet takes its time to let go."""
+    spec = DatasetSpec(runs_per_class=4, duration_s=240.0, severity=(0.6, 0.6), conditions="field")
+    run = next(run for run in planned_runs(spec) if run.fault.mode == mode)
+    run = replace(run, fault=replace(run.fault, onset_s=60.0))
+    flown = fly_run(run)
+    if soonest_s is None:
+        assert flown.departure_row is None
+        return
+    after_s = flown.departure_row * DT_S - 60.0
+    assert soonest_s <= after_s <= latest_s
+    own = fly(run.plan).channels[flown.start_row : flown.departure_row]
+    np.testing.assert_array_equal(flown.channels[0, : len(own)], own)
+    shown = flown.departure_row - flown.start_row
+    assert flown.channels.shape[1] >= shown + EFFECTIVE_STEPS
 
 
 @pytest.mark.slow
