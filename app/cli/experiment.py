@@ -16,6 +16,7 @@ EXPERIMENTS: dict[str, str] = {
     "fig7": "six key channels, five faults and nominal",
     "realism": "our field flights beside real G1000 logs (--logs; some ten minutes)",
     "signs": "does every fault move every channel the way engineers say?",
+    "cross": "models of lab and of field, each tested in both; what each channel costs",
     "delay": "how soon is a fault named, and how well at which severity?",
     "speed": "what a flight costs, in bare JSBSim loops (some minutes; on a quiet machine)",
     "table1": "four feature modes, the 1D-CNN, three seeds",
@@ -65,8 +66,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--data", type=Path, metavar="DIR",
-        help="table1-4 only: a folder that dataset wrote; flown first where there is none "
-        "(default: data/CONDITIONS)",
+        help="table1-4: a folder that dataset wrote; flown first where there is none (default: "
+        "data/CONDITIONS). cross: the folder with lab/ and field/ (default: data)",
     )  # fmt: skip
     parser.add_argument(
         "--conditions", choices=("lab", "field"), help="table1-4 only: which flights (default lab)"
@@ -104,6 +105,7 @@ def _given(args: argparse.Namespace) -> dict[str, Any]:
     """The options that only some experiments take; raises `InputError` where this one does not."""
     known = {
         "realism": ("logs",),
+        "cross": ("data",),
         "table6": ("minutes",),
         **dict.fromkeys(TRAINED, ("data", "conditions", "minutes")),
     }
