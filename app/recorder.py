@@ -24,6 +24,7 @@ def warm_up() -> None:
     log = RunLog("warm-up")
     log.begin(Plan(), Plan().altitude_ft)
     log.read()
+    log.close()
 
 
 class Recorder:

@@ -7,12 +7,15 @@ sent as columns. The drawn world is that of `app.scenes.geometry`.
 
 import hashlib
 import json
+import threading
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import rerun as rr
+import rerun_bindings
 from numpy.typing import ArrayLike, NDArray
 
 from app import theme
@@ -67,6 +70,7 @@ def write_recording(
     thin = pair[::_RESIDUAL_STRIDE]
     log.residuals(thin.mirror.time_s, thin.faulted.channels, thin.mirror.channels)
     content = log.read()
+    log.close()
     with whole_file(path) as temporary:
         temporary.write_bytes(content)
 
@@ -96,6 +100,14 @@ class RunLog:
             raise StoreError("the recording could not be encoded")
         return content
 
+    def close(self) -> None:
+        """Let go of its threads and memory: nothing can be logged or read any more.
+
+        Rerun itself only disconnects a recording that nobody holds (its issue 2116).
+        """
+        del self._recording, self._bytes
+        rerun_bindings.flush_and_cleanup_orphaned_recordings()
+
     def begin(self, plan: Plan, lowest_ft: float) -> None:
         """Log what does not change: layout, aircraft, names and colours of the channels.
 
@@ -107,7 +119,7 @@ class RunLog:
         lowest = drawn_height(lowest_ft, self._origin_ft)
         stage[:, 2] = np.minimum(stage[:, 2], np.where(stage[:, 2] < 0.0, lowest, stage[:, 2]))
         camera = geometry.framed(stage, plan.heading_deg, _VIEWER_ASPECT, _VIEWER_FOV)
-        self._recording.send_blueprint(blueprint(camera, self._floor_km, plan.duration_s))
+        _send_blueprint(self._recording, blueprint(camera, self._floor_km, plan.duration_s))
         self._static("/scene", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
         scale = geometry.wingspan_km(camera) / WINGSPAN_M
         for name, paint in _PAINTS.items():
@@ -195,6 +207,28 @@ class RunLog:
         rows, width = values.shape
         columns = rr.Scalars.columns(scalars=values.ravel()).partition(np.full(rows, width))
         self._recording.send_columns(path, [time], columns)
+
+
+_BLUEPRINTS = threading.Lock()
+
+
+@cache
+def _blueprint_stream() -> rr.RecordingStream:
+    """One for all blueprints: Rerun never gives up one of these, nor its thread and megabyte."""
+    native = rerun_bindings.new_blueprint(
+        APPLICATION, make_default=False, make_thread_default=False
+    )
+    return rr.RecordingStream._from_native(native)
+
+
+def _send_blueprint(recording: rr.RecordingStream, layout: rr.blueprint.Blueprint) -> None:
+    """As ``recording.send_blueprint`` does it, which opens a new stream every time."""
+    with _BLUEPRINTS:
+        stream = _blueprint_stream()
+        stream.set_time("blueprint", sequence=0)
+        layout._log_to_stream(stream)
+        held = stream.memory_recording().storage
+        rerun_bindings.send_blueprint(held, True, True, recording=recording.to_native())
 
 
 def _series(plot: Plot) -> rr.SeriesLines:

@@ -71,6 +71,7 @@ class Recording:
                 self._log.describe(self._plan, self._fault, diagnosis)
                 self._chunks.append(self._log.read())
             self._finished = True
+            self._log.close()
 
     async def stream(self) -> AsyncIterator[bytes]:
         """All bytes from the beginning, then the new ones as they come, until it is finished."""

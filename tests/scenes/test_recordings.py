@@ -159,6 +159,18 @@ def test_a_five_minute_recording_is_well_under_13_mb(flown: Flown, tmp_path: Pat
     assert 3e6 < path.stat().st_size < 10e6
 
 
+def test_recordings_leave_no_threads_behind(flown: Flown, tmp_path: Path) -> None:
+    def threads() -> int:
+        return len(list(Path("/proc/self/task").iterdir()))
+
+    write_recording(tmp_path / "run.rrd", flown.pair, flown.plan, flown.fault)
+    before = threads()
+    for _ in range(4):
+        write_recording(tmp_path / "run.rrd", flown.pair, flown.plan, flown.fault)
+    # Each would leave four; a test beside this one may be ending a thread of its own.
+    assert threads() <= before + 2
+
+
 def test_a_nominal_run_has_no_onset(flown: Flown, tmp_path: Path) -> None:
     path = tmp_path / "run.rrd"
     same = Pair(flown.pair.mirror, flown.pair.mirror)
