@@ -200,6 +200,8 @@ class RunView:
             faulted[thin][start:],
             mirror[thin][start:],
         )
+        # Not for the page: it tells whoever measures how long the samples were on their way.
+        tiles["flown_at_s"] = self._flown_at_s(start * self._stride)
         updates = [Update("flight", "data", tiles)]
         flown_s = float(time_s[-1])
         if flown_s - self._strip_s >= self.duration_s / STRIP_FRAMES:
@@ -209,6 +211,11 @@ class RunView:
             )
             updates.append(Update(fly.STRIP_ID, "figure", strip))
         return updates
+
+    def _flown_at_s(self, index: int) -> float:
+        """When the sample of that number left the flight, or the first of its block did."""
+        parts = reversed(self._samples)
+        return next((part.flown_at_s for part in parts if part.index <= index), 0.0)
 
     def _held(self) -> int:
         """How many samples of this very flight the page has said to hold."""

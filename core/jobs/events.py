@@ -6,7 +6,8 @@ A Started with attempt 2 says that the first worker died: what came before it is
 count from 0 again. A live flight also tells Paced and Acted, whenever it is steered.
 """
 
-from dataclasses import dataclass
+import time
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -68,6 +69,7 @@ class Samples:
     ``index`` is the number of 5 Hz samples before these. ``time_s``: (k,). ``faulted`` and
     ``mirror``: (k, 23) in `core.channels.CHANNELS` order and units. ``faulted_states`` and
     ``mirror_states``: (k, S) in `core.twin.trajectory.STATE_NAMES` order. All float32.
+    ``flown_at_s``: when the first of them left the flight, in Unix time of the worker's clock.
     """
 
     run_id: str
@@ -77,6 +79,7 @@ class Samples:
     mirror: Array32
     faulted_states: Array32
     mirror_states: Array32
+    flown_at_s: float = field(default_factory=time.time)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
