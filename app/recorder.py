@@ -8,6 +8,7 @@ from app.scenes.recording import RunLog, write_recording
 from app.scenes.recordings import Recordings
 from core.diagnosis.diagnosis import Diagnosis
 from core.errors import MirrorTwinError
+from core.fmea.fault import Fault
 from core.jobs import events
 from core.jobs.engine import Engine
 from core.jobs.store import RunStore
@@ -77,4 +78,5 @@ class Recorder:
         record = self._store.get(run_id)
         pair = self._store.load_pair(run_id)
         path = self._store.recording_path(run_id)
-        write_recording(path, pair, record.plan, record.fault, diagnosis)
+        fault = record.first_fault or Fault("nominal")
+        write_recording(path, pair, record.plan, fault, diagnosis)

@@ -27,6 +27,7 @@
   function take(message) {
     const begins = message.key !== flight.key || (message.start ?? 0) > flight.count;
     if (begins) flight = emptyFlight(message);
+    flight.onset_s = message.onset_s; // in a live flight it comes when it comes
     if (message.whole) replace(message);
     else if (message.time_s && message.start <= flight.count) extend(message);
     return begins;

@@ -4,6 +4,7 @@ import asyncio
 import logging
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from dash import ClientsideFunction, Dash, Input, Output, State, ctx, html, no_update, set_props
@@ -17,6 +18,8 @@ from app.pages import (
     fly,
     help,
     library,
+    live_callbacks,
+    live_controls,
     missing,
     playback,
     present,
@@ -41,11 +44,9 @@ from app.pages.shell import Address, read_address, run_path
 from app.recorder import Recorder
 from core.errors import InputError, MirrorTwinError
 from core.experiments.shelf import take
-from core.fmea.fault import Fault
 from core.jobs.engine import Engine
 from core.jobs.store import RunStore
 from core.teach.classroom import Classroom
-from core.twin.plan import Plan
 
 if TYPE_CHECKING:  # it loads torch
     from core.diagnosis.predict import Residual
@@ -90,6 +91,7 @@ def register(app: Dash, services: Services) -> None:
     )
     cursor_tools.register(app)
     library.register(app)
+    live_callbacks.register(app, services.engine, _alert)
     runs_callbacks.register(app, services.store)
     present.register(app)
     tour.register(app)
@@ -215,6 +217,7 @@ def _register_runs(app: Dash, services: Services) -> None:
             "clicks": Input("run", "n_clicks"),
             "session_id": State("session", "data"),
             "values": fields,
+            "pace": State(live_controls.PACE_ID, "value"),
             "shown": {name: State(error_id(name), "error") for name in FIELDS},
         },
         running=[(Output("run", "loading"), True, False)],
@@ -222,7 +225,11 @@ def _register_runs(app: Dash, services: Services) -> None:
         prevent_initial_call=True,
     )
     async def run(
-        clicks: int | None, session_id: str, values: dict[str, Any], shown: dict[str, str | None]
+        clicks: int | None,
+        session_id: str,
+        values: dict[str, Any],
+        pace: str | None,
+        shown: dict[str, str | None],
     ) -> dict[str, Any]:
         """Fly what the form says; ``shown`` are the errors that it shows so far."""
         _require(clicks)
@@ -231,7 +238,10 @@ def _register_runs(app: Dash, services: Services) -> None:
         path: Any = no_update
         try:
             plan, fault = read_form(values)
-            path = await _submit(services, session_id, plan, fault, form_is_current=True)
+            submit = partial(
+                services.engine.submit, plan, fault, pace=live_controls.read_pace(pace)
+            )
+            path = await _submitted(services, session_id, submit, form_is_current=True)
         except MirrorTwinError as error:
             if isinstance(error, InputError) and error.field in errors:
                 errors[error.field] = error.problem
@@ -254,7 +264,8 @@ def _register_runs(app: Dash, services: Services) -> None:
         _require(clicks)
         try:
             record = await asyncio.to_thread(services.store.get, run_id)
-            return await _submit(services, session_id, record.plan, record.fault)
+            submit = partial(services.engine.submit, record.plan, record.fault, record.actions)
+            return await _submitted(services, session_id, submit)
         except MirrorTwinError as error:
             _alert("The run could not be started", str(error))
             return no_update
@@ -318,16 +329,15 @@ def _require(clicks: int | None) -> None:
         raise PreventUpdate
 
 
-async def _submit(
+async def _submitted(
     services: Services,
     session_id: str,
-    plan: Plan,
-    fault: Fault,
+    submit: Callable[[], str],
     *,
     form_is_current: bool = False,
 ) -> str:
     """Start a run and turn the page to it at once; returns its address, which the page goes to."""
-    run_id = await asyncio.to_thread(services.engine.submit, plan, fault)
+    run_id = await asyncio.to_thread(submit)
     services.recorder.record(run_id)
     services.sessions.get(session_id).show(run_id, form_is_current=form_is_current)
     return run_path(run_id)

@@ -19,7 +19,10 @@ UNIT_CHOICES = {
 
 VERDICT_MARKS_ID = "verdict-marks"
 LIMIT_MARKS_ID = "limit-marks"
+ACTION_MARKS_ID = "action-marks"
 TRACK_ID = "answers-track"
+
+_STORES = (VERDICT_MARKS_ID, LIMIT_MARKS_ID, ACTION_MARKS_ID, TRACK_ID)
 
 
 def cursor_tools() -> html.Div:
@@ -39,7 +42,7 @@ def cursor_tools() -> html.Div:
                 ],
                 className="cursor-buttons",
             ),
-            *(dcc.Store(id=store) for store in (VERDICT_MARKS_ID, LIMIT_MARKS_ID, TRACK_ID)),
+            *(dcc.Store(id=store) for store in _STORES),
         ],
         className="cursor-tools",
     )  # fmt: skip
@@ -52,6 +55,7 @@ def register(app: Dash) -> None:
         ("flight", "chooseUnits"): (Output("units-chosen", "children"), Input("units", "value")),
         ("cursor", "showMarks"): (
             Input(VERDICT_MARKS_ID, "data"), Input(LIMIT_MARKS_ID, "data"),
+            Input(ACTION_MARKS_ID, "data"),
         ),
         ("ranking", "take"): (Input(TRACK_ID, "data"),),
     }  # fmt: skip

@@ -10,6 +10,7 @@ from dash import dcc, html
 
 from app.pages.attributes import attributes
 from app.pages.cursor_tools import cursor_tools
+from app.pages.live_controls import ACTIONS_ID, live_bar
 from app.pages.playback import playback_bar
 from app.pages.report_panel import report_panel
 from app.pages.setup import DEFAULT_FAULT, DEFAULT_PLAN, setup_panel
@@ -134,7 +135,9 @@ def _run_bar(fault: Fault) -> html.Section:
                 ],
                 className="run-progress",
             ),
+            live_bar(),
             html.Div(id="alert"),
+            html.Div(id=ACTIONS_ID),
             html.Div(id="flight-events"),
         ],
         className="panel run-bar",

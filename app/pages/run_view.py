@@ -1,38 +1,39 @@
 """One run as the page shows it: events in, property updates out. Nothing is sent from here."""
 
 import secrets
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import dash_mantine_components as dmc
 import numpy as np
 from dash import html
 
-from app.pages import fly, report_panel
-from app.pages.cursor_tools import LIMIT_MARKS_ID, TRACK_ID, VERDICT_MARKS_ID
+from app.pages import fly, live_controls, report_panel
+from app.pages.cursor_tools import ACTION_MARKS_ID, LIMIT_MARKS_ID, TRACK_ID, VERDICT_MARKS_ID
 from app.pages.report_panel import whole_report
 from app.pages.report_writing import Job
+from app.pages.run_lists import event_list, ranking_list
 from app.pages.setup import DEFAULT_PLAN, error_id, field_id, form_values
 from app.pages.words import (
     STAGES,
     STATUS_WORDS,
     cautions,
-    event_line,
-    percent,
     run_subtitle,
     run_title,
 )
 from app.panels.axes import Array, clock
-from app.panels.marks import Mark, limit_marks, track, verdict_marks
+from app.panels.marks import Mark, action_marks, limit_marks, track, verdict_marks
 from app.panels.probabilities import class_colours, leaders, probability_figure
 from app.panels.residuals import heat_strip
 from app.panels.sensors import cleared, extended, whole
 from core.diagnosis.diagnosis import Diagnosis
 from core.fmea.catalogue import catalogue
+from core.fmea.fault import Fault
 from core.jobs import events
 from core.jobs.records import RunRecord, Status
 from core.report.grounded import GroundedReport
-from core.twin.events import FlightEvent, flight_events
+from core.twin.events import flight_events
 from core.twin.trajectory import Pair
 
 LIVE_POINTS = 1500
@@ -42,8 +43,6 @@ STREAM_HZ = 5.0
 
 STRIP_FRAMES = 20
 """The heat strip is drawn anew this often at most: each time costs 19 kB."""
-
-SHOWN_EVENTS = 4
 
 
 class Update(NamedTuple):
@@ -81,7 +80,7 @@ class RunView:
         """Begin with a run of which nothing has been shown."""
         self.record = record
         self.duration_s = record.plan.duration_s
-        self.onset_s = None if record.fault.mode == "nominal" else record.fault.onset_s
+        self.onset_s = _onset_s(record)
         self._names = {mode.id: mode.name for mode in catalogue().values()}
         self._stride = max(1, round(self.duration_s * STREAM_HZ / LIVE_POINTS))
         self.taken: Any = None
@@ -92,6 +91,7 @@ class RunView:
         """Start with empty tiles, forgetting what an attempt that came to nothing has sent."""
         key = secrets.token_hex(8)
         self._tiles = cleared(key, self.duration_s, self.onset_s, self.record.id)
+        self._is_paused = False
         self._strip_s = 0.0
         self._samples: list[events.Samples] = []
         self._windows: list[events.Probabilities] = []
@@ -100,9 +100,8 @@ class RunView:
         """The page as it turns to this run: its name, its state, its settings in the form."""
         values = form_values(self.record.plan, self.record.fault) if fill_form else {}
         return [
-            Update("run-title", "children", run_title(self.record)),
-            Update("run-subtitle", "children", run_subtitle(self.record)),
             *_cleared(),
+            *self._named(),
             *self._state(self.record.status),
             *(Update(field_id(name), "value", value) for name, value in values.items()),
             *(Update(error_id(name), "error", None) for name in values),
@@ -122,7 +121,7 @@ class RunView:
         updates += [
             Update(fly.RESIDUAL_SWITCH_ID, "value", "paired"),
             Update("scrub", "max", self.duration_s),
-            Update("scrub", "marks", [] if self.onset_s is None else [{"value": self.onset_s}]),
+            Update("scrub", "marks", self._scrub_marks()),
         ]
         return updates if self._samples else [Update("flight", "data", self._tiles), *updates]
 
@@ -136,6 +135,10 @@ class RunView:
                     updates += self._started(attempt)
                 case events.Progress():
                     updates += self._progress(event)
+                case events.Paced():
+                    updates += self._paced(event)
+                case events.Acted():
+                    updates += self._acted(event)
                 case events.Samples():
                     self._samples.append(event)
                     flown = True
@@ -159,6 +162,38 @@ class RunView:
             updates += self._judged()
         return updates
 
+    def _named(self) -> list[Update]:
+        """What flight this is, and what was done on it."""
+        lines = live_controls.action_lines(self.record.fault, self.record.actions)
+        return [
+            Update("run-title", "children", run_title(self.record)),
+            Update("run-subtitle", "children", run_subtitle(self.record)),
+            Update(live_controls.ACTIONS_ID, "children", live_controls.action_list(lines)),
+            self._marked(ACTION_MARKS_ID, action_marks(lines)),
+        ]
+
+    def _paced(self, event: events.Paced) -> list[Update]:
+        bar = live_controls.paced(event.pace, event.is_paused)
+        updates = [Update(name, prop, value) for (name, prop), value in bar.items()]
+        self._is_paused = event.is_paused
+        return [*updates, self._stage("flying")] if self._samples else updates
+
+    def _acted(self, event: events.Acted) -> list[Update]:
+        self.record = replace(self.record, actions=event.actions)
+        self.onset_s = _onset_s(self.record)
+        self._tiles["onset_s"] = self.onset_s
+        return [
+            Update("flight", "data", self._tiles),
+            Update("scrub", "marks", self._scrub_marks()),
+            *self._named(),
+        ]
+
+    def _scrub_marks(self) -> list[dict[str, float]]:
+        return [] if self.onset_s is None else [{"value": self.onset_s}]
+
+    def _flown_s(self) -> float:
+        return float(self._samples[-1].time_s[-1]) if self._samples else 0.0
+
     def whole(self, pair: Pair) -> list[Update]:
         """All charts of the finished flight, every spike of the 50 Hz data kept."""
         strip = heat_strip(
@@ -168,7 +203,7 @@ class RunView:
         return [
             Update("flight", "data", whole(self._tiles, pair)),
             Update(fly.STRIP_ID, "figure", strip),
-            Update("flight-events", "children", _event_lines(found)),
+            Update("flight-events", "children", event_list(found)),
             self._marked(LIMIT_MARKS_ID, limit_marks(found)),
         ]
 
@@ -180,7 +215,9 @@ class RunView:
             *self._verdict(
                 names, diagnosis.time_s, diagnosis.probabilities_over_time, diagnosis.probabilities
             ),
-            self._marked(VERDICT_MARKS_ID, verdict_marks(diagnosis, self.record.fault)),
+            self._marked(
+                VERDICT_MARKS_ID, verdict_marks(diagnosis, self.record.first_fault or Fault())
+            ),
             Update(
                 "diagnosis-notes", "children", [html.P(note, className="caution") for note in notes]
             ),
@@ -242,7 +279,7 @@ class RunView:
         shares = dict(zip(names, map(float, now), strict=True))
         return [
             Update(fly.PROBABILITIES_ID, "figure", figure),
-            Update("ranking", "children", _ranking(names, ranking, shares)),
+            Update("ranking", "children", ranking_list(names, ranking, shares)),
             Update(
                 TRACK_ID,
                 "data",
@@ -255,13 +292,17 @@ class RunView:
         return Update(store, "data", {"run": self.record.id, "marks": marks})
 
     def _progress(self, event: events.Progress) -> list[Update]:
-        words = STAGES[event.stage]
-        if event.stage == "flying" and self._samples:
-            words += f" {clock(float(self._samples[-1].time_s[-1]))} of {clock(self.duration_s)}"
         return [
             Update("progress", "value", round(100 * event.fraction, 1)),
-            Update("stage", "children", words),
+            self._stage(event.stage),
         ]
+
+    def _stage(self, stage: events.Stage) -> Update:
+        words = STAGES[stage]
+        if stage == "flying" and self._samples:
+            verb = "Paused at" if self._is_paused else words
+            words = f"{verb} {clock(self._flown_s())} of {clock(self.duration_s)}"
+        return Update("stage", "children", words)
 
     def _started(self, attempt: int) -> list[Update]:
         updates = self._state("running")
@@ -286,10 +327,16 @@ class RunView:
             *_buttons(live=live, finished=not live, retryable=status == "failed" and retryable),
             Update(fly.RESIDUAL_SWITCH_ID, "disabled", not done),
             *([] if live else [
+                Update(live_controls.BAR_ID, "hidden", True),
                 Update("progress", "value", 100 if done else 0),
                 Update("stage", "children", clock(self.duration_s) if done else ""),
             ]),
         ]  # fmt: skip
+
+
+def _onset_s(record: RunRecord) -> float | None:
+    fault = record.first_fault
+    return None if fault is None else fault.onset_s
 
 
 def reported(run_id: str, report: GroundedReport) -> list[Update]:
@@ -312,6 +359,8 @@ def _cleared() -> list[Update]:
     return [
         Update("alert", "children", None),
         Update("flight-events", "children", None),
+        Update(live_controls.ACTIONS_ID, "children", None),
+        Update(live_controls.BAR_ID, "hidden", True),
         Update("progress", "value", 0),
         Update("stage", "children", ""),
         Update("ranking", "children", html.P(fly.RANKING_HINT, className="note")),
@@ -346,41 +395,3 @@ def _buttons(*, live: bool, finished: bool, retryable: bool) -> list[Update]:
         Update("run", "disabled", live),
         *(Update(name, "display", "block" if on else "none") for name, on in shown.items()),
     ]
-
-
-def _event_lines(found: Sequence[FlightEvent]) -> html.Ul | None:
-    """What a pilot would report of the faulted flight, the first few in the order of time."""
-    if not found:
-        return None
-    lines = [html.Li(event_line(event)) for event in found[:SHOWN_EVENTS]]
-    if len(found) > SHOWN_EVENTS:
-        lines.append(html.Li(f"and {len(found) - SHOWN_EVENTS} more"))
-    return html.Ul(lines, className="flight-events")
-
-
-def _ranking(names: dict[str, str], ranking: Iterable[str], shares: dict[str, float]) -> html.Ol:
-    """The leading classes as bars, best first, in the colours of the chart below."""
-    ranking = list(ranking)
-    colours = class_colours(ranking)
-    return html.Ol(
-        [
-            html.Li(
-                [
-                    html.Span(names[mode], className="rank-name"),
-                    html.Span(
-                        html.Span(
-                            className="rank-fill",
-                            style={
-                                "width": f"{100 * shares[mode]:.1f}%",
-                                "backgroundColor": colours[mode],
-                            },
-                        ),
-                        className="rank-bar",
-                    ),
-                    html.Span(percent(shares[mode]), className="rank-share mono"),
-                ]
-            )
-            for mode in ranking
-        ],
-        className="ranking",
-    )

@@ -8,6 +8,7 @@ import dash_mantine_components as dmc
 from dash import html
 
 from app.pages.attributes import attributes
+from app.pages.live_controls import pace_choice
 from app.panels.terms import term
 from core.channels import unit_label
 from core.errors import InputError
@@ -249,6 +250,7 @@ def _fault_fields(values: Mapping[str, Any]) -> list[Any]:
 def _run_buttons() -> html.Div:
     return html.Div(
         [
+            pace_choice(),
             dmc.Button(
                 "Run",
                 id="run",

@@ -42,18 +42,18 @@ def mode_name(mode: str) -> str:
 
 def run_title(record: RunRecord) -> str:
     """The fault of a run in a few words: what, where and how bad."""
-    fault = record.fault
-    if fault.mode == "nominal":
-        return mode_name(fault.mode)
+    fault = record.first_fault
+    if fault is None:
+        return mode_name("nominal")
     where = f", cylinder {fault.target_cylinder}" if takes_cylinder(fault.mode) else ""
     return f"{mode_name(fault.mode)}{where}, severity {fault.severity:.2f}"
 
 
 def run_subtitle(record: RunRecord) -> str:
     """The plan of a run in one line, with units."""
-    plan, fault = record.plan, record.fault
+    plan, fault = record.plan, record.first_fault
     parts = [
-        f"onset {clock(fault.onset_s)}" if fault.mode != "nominal" else "no onset",
+        "no onset" if fault is None else f"onset {clock(fault.onset_s)}",
         f"{plan.altitude_ft:,.0f} ft",
         f"{plan.speed_kt:.0f} kt",
         f"heading {plan.heading_deg:03.0f}°",
@@ -72,6 +72,8 @@ def run_subtitle(record: RunRecord) -> str:
         parts.append(f"turbulence {weather.turbulence:g}")
     if plan.legs:
         parts.append(f"{len(plan.legs)} legs")
+    if record.actions:
+        parts.append(f"{len(record.actions)} action{'s' if len(record.actions) > 1 else ''}")
     return ", ".join(parts)
 
 

@@ -26,7 +26,7 @@ EVENT_LABELS = {"stall": "Stall", "lost_control": "Control lost", "ground": "Bel
 
 
 class Mark(TypedDict):
-    """``kind`` is evidence, named or limit; a limit has the channel and the end of its excess."""
+    """``kind``: evidence, named, action or limit, which has a channel and the end of its excess."""
 
     kind: str
     time_s: float
@@ -63,6 +63,11 @@ def named_marks(
     right = list(classes).index(fault.mode)
     named_s = named_at(np.asarray(time_s), probabilities, right, fault.onset_s)
     return [] if named_s is None else [_mark("named", named_s, "First right answer")]
+
+
+def action_marks(lines: Sequence[tuple[float, str]]) -> list[Mark]:
+    """What was done during a live flight: time and words of each."""
+    return [_mark("action", time_s, words) for time_s, words in lines]
 
 
 def limit_marks(events: Sequence[FlightEvent]) -> list[Mark]:
