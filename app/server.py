@@ -23,7 +23,7 @@ from starlette.middleware.trustedhost import TrustedHostMiddleware
 from app import result_files, run_files
 from app.access import TokenGate, link, names_of, sandbox_prefix, token_for
 from app.live import Sessions
-from app.pages import callbacks, cell_runs, comparing, shell
+from app.pages import callbacks, cell_runs, comparing, scene_controls, shell
 from app.pages.report_files import mount as mount_reports
 from app.pages.report_writing import ReportDesk
 from app.recorder import Recorder, warm_up
@@ -57,6 +57,10 @@ _INDEX = f"""<!DOCTYPE html>
 <footer>{{%config%}}{{%scripts%}}{{%renderer%}}</footer>
 </body>
 </html>"""
+
+
+UNREAD_S = 30.0
+"""A connection that takes nothing for so long is given up, with all that still waits for it."""
 
 
 def create_app(
@@ -93,6 +97,7 @@ def create_app(
     callbacks.register(dash, services)
     comparing.register(dash, engine, store, recorder)
     cell_runs.register(dash, engine, store, recorder)
+    scene_controls.register(dash, sessions)
     scenes.mount(server)
     recordings.mount(server)
     mount_reports(server, store)
@@ -192,13 +197,25 @@ def _listen(host: str, port: int) -> socket.socket:
     if not 1 <= port <= 65535:
         raise InputError("port", f"must lie in 1 to 65535, got {port}")
     try:
-        return socket.create_server((host, port), backlog=128)
+        listener = socket.create_server((host, port), backlog=128)
     except OSError as error:
         # Python hands on what failed to resolve as an OSError with the resolver's negative number.
         if error.errno == errno.EADDRNOTAVAIL or (error.errno or 0) < 0:
             raise InputError("host", f"{host!r} is no address of this machine") from None
         why = "is taken" if error.errno == errno.EADDRINUSE else f"cannot be used: {error.strerror}"
         raise WorkerError(f"port {port} on {host} {why}; choose another with --port") from None
+    give_up_unread(listener)  # what it accepts inherits this
+    return listener
+
+
+def give_up_unread(listener: socket.socket) -> None:
+    """Have the system end connections that take nothing for `UNREAD_S`, where it can (Linux).
+
+    Uvicorn hears by its pings that the other end is gone, but then closes in good order, which
+    never comes to an end while there is something left to send.
+    """
+    if option := getattr(socket, "TCP_USER_TIMEOUT", None):
+        listener.setsockopt(socket.IPPROTO_TCP, option, round(UNREAD_S * 1000))
 
 
 def _run(app: FastAPI, listener: socket.socket) -> None:

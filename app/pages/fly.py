@@ -13,6 +13,7 @@ from app.pages.cursor_tools import cursor_tools
 from app.pages.live_controls import ACTIONS_ID, live_bar
 from app.pages.playback import playback_bar
 from app.pages.report_panel import report_panel
+from app.pages.scene_controls import scene_bar
 from app.pages.setup import DEFAULT_FAULT, DEFAULT_PLAN, setup_panel
 from app.panels.engine_view import engine_view
 from app.panels.probabilities import probability_figure
@@ -173,6 +174,7 @@ def _scene_panel() -> html.Section:
                 ],
                 className="panel-head",
             ),
+            scene_bar(),
             html.Div(id="scene", className="scene"),
             playback_bar(),
             cursor_tools(),

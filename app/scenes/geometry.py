@@ -161,17 +161,34 @@ def rungs(faulted: Poses, mirror: Poses, origin_ft: float) -> Array:
     return np.stack(ends, axis=1)
 
 
-def gap(faulted: Poses, mirror: Poses, origin_ft: float) -> tuple[Array, NDArray[np.uint32]]:
+Surface = tuple[Array, NDArray[np.uint32]]
+"""Vertices (n, 3) and faces (m, 3)."""
+
+
+def gap(faulted: Poses, mirror: Poses, origin_ft: float) -> Surface:
     """The surface that the rungs span: vertices (2 k, 3) and faces (2 k - 2, 3)."""
     times = np.linspace(0.0, float(mirror.time_s[-1]), _GAP_COLUMNS)
     sides = [drawn_positions(flight.at(times), origin_ft) for flight in (faulted, mirror)]
-    here = np.arange(_GAP_COLUMNS - 1)
-    there = here + _GAP_COLUMNS
+    return np.concatenate(sides), _strip_faces(_GAP_COLUMNS)
+
+
+def curtain(flight: Poses, origin_ft: float, floor_km: float) -> Surface:
+    """The surface that hangs from a path down to the ground, likewise."""
+    times = np.linspace(0.0, float(flight.time_s[-1]), _GAP_COLUMNS)
+    top = drawn_positions(flight.at(times), origin_ft)
+    foot = np.column_stack([top[:, :2], np.full(len(top), floor_km)])
+    return np.concatenate([top, foot]), _strip_faces(_GAP_COLUMNS)
+
+
+def _strip_faces(columns: int) -> NDArray[np.uint32]:
+    """The triangles between two rows of that many vertices each."""
+    here = np.arange(columns - 1)
+    there = here + columns
     faces = np.concatenate([
         np.stack([here, here + 1, there], axis=1),
         np.stack([here + 1, there + 1, there], axis=1),
     ])  # fmt: skip
-    return np.concatenate(sides), faces.astype(np.uint32)
+    return faces.astype(np.uint32)
 
 
 @dataclass(frozen=True, slots=True)

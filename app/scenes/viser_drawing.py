@@ -6,11 +6,15 @@ import numpy as np
 import viser
 
 from app.scenes import geometry
+from app.scenes.cameras import apart_m, apart_words
 from app.scenes.geometry import Array, Poses, drawn_height, drawn_positions
 from app.scenes.mesh import WINGSPAN_M, aircraft_glb
-from app.scenes.palette import FAULTED, MIRROR, Rgb, palette
+from app.scenes.painting import Colours
+from app.scenes.palette import FAULTED, MIRROR, RESIDUAL, Rgb, palette
 
-_DRAWN_POINTS = 900
+DRAWN_POINTS = 900
+_CURTAIN_OPACITY = 0.07
+_PLAIN_PX, _PAINTED_PX = 3.0, 5.0
 _EMPTY_FLOOR_FT = -1000.0
 _GHOST_OPACITY = 0.55
 _GHOST_SWELL = 1.04
@@ -59,19 +63,30 @@ class Drawing:
             position=(0.0, 0.0, self._floor_km),
         )
 
-    def draw(self, faulted: Poses, mirror: Poses, onset_s: float | None) -> None:
-        """Draw both flights so far; ``onset_s`` None or outside them draws no mark."""
+    def draw(
+        self, faulted: Poses, mirror: Poses, onset_s: float | None, colours: Colours | None = None
+    ) -> None:
+        """Draw both flights so far; ``onset_s`` None or outside them draws no mark.
+
+        ``colours``: those of the faulted path's `DRAWN_POINTS`, (n, 3), None for the usual one.
+        """
         origin_ft = float(mirror.values[0, 2])
         floor_ft = geometry.floor_ft(geometry.lowest_ft(faulted, mirror))
         self._floor_km = drawn_height(floor_ft, origin_ft).item()
         for name, poses in (("mirror", mirror), ("faulted", faulted)):
-            points = drawn_positions(poses.thinned(_DRAWN_POINTS), origin_ft)
+            points = drawn_positions(poses.thinned(DRAWN_POINTS), origin_ft)
             shadow = points * [1.0, 1.0, 0.0] + [0.0, 0.0, self._floor_km]
             self._segments(f"/{name}/shadow", geometry.segments(shadow), self._faint(name), 2.0)
             if name == "faulted":
-                self._segments("/faulted/path", geometry.segments(points), FAULTED, 3.0)
+                self._path(points, colours)
         self._segments("/mirror/path", geometry.dashes(mirror, origin_ft), MIRROR, 5.0)
         self._gap(faulted, mirror, origin_ft)
+        self._surface(
+            "/curtain",
+            geometry.curtain(faulted, origin_ft, self._floor_km),
+            palette(self._dark).onset,
+            _CURTAIN_OPACITY,
+        )
         self._ground(mirror, floor_ft)
         if onset_s is not None and onset_s <= faulted.time_s[-1]:
             self._onset(drawn_positions(faulted.at(onset_s), origin_ft)[0])
@@ -128,19 +143,51 @@ class Drawing:
             name, segments, colour, thickness=width_px, thickness_units="screen"
         )
 
+    def part(self, faulted: Poses, mirror: Poses, origin_ft: float) -> None:
+        """Measure the way between both aircraft at one time: a line, and its true length."""
+        ends = [drawn_positions(pose, origin_ft)[0] for pose in (faulted, mirror)]
+        self._segments("/apart", np.array([ends]), RESIDUAL, 4.0)
+        words = apart_words(apart_m(faulted, mirror))
+        label = self._labels["faulted"]
+        label.text = f"{label.text}, {words}" if words else label.text
+
+    def _path(self, points: Array, colours: Colours | None) -> None:
+        """The faulted path, in one colour or painted point by point."""
+        if len(points) < 2:
+            return
+        if colours is None:
+            colours = np.tile(np.array(FAULTED, dtype=np.uint8), (len(points), 1))
+            width = _PLAIN_PX
+        else:
+            width = _PAINTED_PX
+        segments = geometry.segments(points).astype(np.float32)
+        painted = np.stack([colours[:-1], colours[1:]], axis=1)
+        line = self._lines.get("/faulted/path")
+        if line is None:
+            # With a colour for each end from the start: viser's client cannot turn to that later.
+            self._lines["/faulted/path"] = self._scene.add_line_segments(
+                "/faulted/path", segments, painted, thickness=width, thickness_units="screen"
+            )
+        else:
+            line.points, line.colors, line.thickness = segments, painted, width
+
     def _gap(self, faulted: Poses, mirror: Poses, origin_ft: float) -> None:
         """What the fault did: the surface between both flights at equal times, with rungs."""
-        vertices, faces = geometry.gap(faulted, mirror, origin_ft)
-        ribbon = self._ribbons.get("/gap")
+        self._surface("/gap", geometry.gap(faulted, mirror, origin_ft), FAULTED, 0.16)
+        rungs = geometry.rungs(faulted, mirror, origin_ft)
+        self._segments("/gap/rungs", rungs, FAULTED, 1.0)
+
+    def _surface(self, name: str, surface: geometry.Surface, colour: Rgb, opacity: float) -> None:
+        """A translucent surface, added or updated in place."""
+        vertices, faces = surface
+        ribbon = self._ribbons.get(name)
         if ribbon is None:
-            self._ribbons["/gap"] = self._scene.add_mesh_simple(
-                "/gap", vertices, faces, color=FAULTED, opacity=0.16, side="double",
+            self._ribbons[name] = self._scene.add_mesh_simple(
+                name, vertices, faces, color=colour, opacity=opacity, side="double",
                 cast_shadow=False, receive_shadow=False,
             )  # fmt: skip
         else:
             ribbon.vertices = vertices.astype(np.float32)
-        rungs = geometry.rungs(faulted, mirror, origin_ft)
-        self._segments("/gap/rungs", rungs, FAULTED, 1.0)
 
     def _ground(self, mirror: Poses, floor_ft: float) -> None:
         """Set the grid to its altitude and write the altitude on it, under the start."""

@@ -14,13 +14,19 @@ from viser import _messages as viser_messages
 from viser.infra import WebsockClientConnection
 
 from app.scenes import geometry
+from app.scenes.cameras import VIEWS, View, following
 from app.scenes.geometry import Array, Camera, Poses
-from app.scenes.viser_drawing import Drawing
+from app.scenes.painting import Legend, Paint, Readings, colours_at, legend_of
+from app.scenes.viser_drawing import DRAWN_POINTS, Drawing
+from core.errors import InputError
 from core.jobs.events import Samples
 from core.twin.plan import Plan
 from core.twin.trajectory import Pair
 
 KEY_HEADER = "X-MirrorTwin-Key"
+
+_READ_STRIDE = 10
+"""Readings kept for colours: 5 a second, as many as poses."""
 
 
 class ViserScene:
@@ -45,6 +51,9 @@ class ViserScene:
         self._onset_s: float | None = None
         self._faulted: Poses | None = None
         self._mirror: Poses | None = None
+        self._readings: Readings | None = None
+        self._paint: Paint | None = None
+        self._view: View = "whole"
         self._time_s = 0.0
         self._camera: Camera | None = None
         self._stage: tuple[Array, float] | None = None
@@ -81,18 +90,47 @@ class ViserScene:
         """Empty the scene for a flight of ``duration_s``, whose fault begins at ``onset_s``."""
         with self._lock:
             self._duration_s, self._onset_s = duration_s, onset_s
-            self._faulted = self._mirror = self._camera = self._stage = None
+            self._faulted = self._mirror = self._camera = self._stage = self._readings = None
             self._redraw()
+
+    def paint(self, paint: Paint | None) -> None:
+        """Colour the faulted path by a channel or a residual, in this run and those to come."""
+        with self._lock:
+            self._paint = paint
+            if self._faulted is not None:
+                with self._server.atomic():
+                    self._draw_flights()
+
+    def legend(self) -> Legend | None:
+        """The key of the colours for the flight so far, None while nothing is painted."""
+        with self._lock:
+            if self._paint is None or self._readings is None:
+                return None
+            return legend_of(self._paint, self._readings)
+
+    def look(self, view: View) -> None:
+        """Turn every page's camera to a view: the whole flight, along with it, or where it is."""
+        if view not in VIEWS:
+            raise InputError("view", f"must be {', '.join(VIEWS)}, got {view!r:.20}")
+        with self._lock:
+            self._view = view
+            for client in self._server.get_clients().values():
+                self._aim(client)
 
     def extend(self, samples: Samples) -> None:
         """Draw the next samples of both flights. Samples that start again at 0 start it again."""
         with self._lock:
             faulted = Poses.of(samples.time_s, samples.faulted_states)
             mirror = Poses.of(samples.time_s, samples.mirror_states)
+            readings = Readings(
+                np.asarray(samples.time_s, np.float64), samples.faulted, samples.mirror
+            )
             if self._faulted is None or self._mirror is None or samples.index == 0:
-                self._faulted, self._mirror = faulted, mirror
+                self._faulted, self._mirror, self._readings = faulted, mirror, readings
                 self._drawing.clear(self._dark)
             else:
+                assert self._readings is not None
+                self._readings = self._readings.joined(readings)
                 self._faulted = self._faulted.joined(faulted)
                 self._mirror = self._mirror.joined(mirror)
             self._time_s = float(mirror.time_s[-1])
@@ -107,6 +145,10 @@ class ViserScene:
                 self._drawing.clear(self._dark)
             self._faulted = Poses.of_flight(pair.faulted)
             self._mirror = Poses.of_flight(pair.mirror)
+            thin = pair[::_READ_STRIDE]
+            self._readings = Readings(
+                thin.mirror.time_s, thin.faulted.channels, thin.mirror.channels
+            )
             self._duration_s = self._time_s = float(pair.mirror.time_s[-1])
             with self._server.atomic():
                 self._draw_flights()
@@ -136,7 +178,11 @@ class ViserScene:
 
     def _draw_flights(self) -> None:
         assert self._faulted is not None and self._mirror is not None
-        self._drawing.draw(self._faulted, self._mirror, self._onset_s)
+        colours = None
+        if self._paint is not None and self._readings is not None:
+            drawn_s = self._faulted.thinned(DRAWN_POINTS).time_s
+            colours = colours_at(self._paint, self._readings, drawn_s)
+        self._drawing.draw(self._faulted, self._mirror, self._onset_s, colours)
         self._frame()
         self._place(self._time_s)
 
@@ -145,8 +191,13 @@ class ViserScene:
         self._time_s = time_s
         origin_ft = float(self._mirror.values[0, 2])
         wingspan_km = geometry.wingspan_km(self._camera)
-        self._drawing.place("mirror", self._mirror.at(time_s), origin_ft, wingspan_km)
-        self._drawing.place("faulted", self._faulted.at(time_s), origin_ft, wingspan_km)
+        mirror, faulted = self._mirror.at(time_s), self._faulted.at(time_s)
+        self._drawing.place("mirror", mirror, origin_ft, wingspan_km)
+        self._drawing.place("faulted", faulted, origin_ft, wingspan_km)
+        self._drawing.part(faulted, mirror, origin_ft)
+        if self._view in ("chase", "side"):
+            for client in self._server.get_clients().values():
+                self._aim(client)
 
     def _frame(self) -> None:
         """Aim the camera at the whole flight to come; again only if the flight leaves the view.
@@ -191,16 +242,31 @@ class ViserScene:
         self._aspects.pop(client.client_id, None)
 
     def _aim(self, client: viser.ClientHandle) -> None:
-        """Show one page the whole stage, in the shape of its own window."""
+        """Turn one page's camera: to the whole stage in the shape of its window, or along."""
         with self._lock:
             aspect = self._aspects[client.client_id] = _aspect(client.camera)
-            if self._stage is None:
+            camera = self._camera_for(aspect)
+            if camera is None:
                 return
-            camera = geometry.framed(*self._stage, aspect=aspect)
             with client.atomic():
                 client.camera.fov = camera.fov
                 client.camera.position = camera.position
                 client.camera.look_at = camera.look_at
+
+    def _camera_for(self, aspect: float) -> Camera | None:
+        """Where the chosen view looks from now; None where it is the viewer's own."""
+        if self._view == "free" or self._stage is None:
+            return None
+        if self._view == "whole":
+            return geometry.framed(*self._stage, aspect=aspect)
+        assert self._faulted is not None and self._mirror is not None and self._camera is not None
+        return following(
+            self._view,
+            self._faulted.at(self._time_s),
+            self._mirror.at(self._time_s),
+            float(self._mirror.values[0, 2]),
+            geometry.wingspan_km(self._camera),
+        )
 
     def _refuse_strangers(self) -> None:
         """Shut what viser leaves open: its public share tunnel, and its port to other programs.
