@@ -62,13 +62,15 @@ def read_plan(folder: Path) -> "Plan | None":
 
     Raises `InputError` if it is a plan that cannot be flown.
     """
+    from core.twin.actions import commanded, read_action
     from core.twin.plan import Plan
 
     try:
-        values = json.loads((folder / "run.json").read_text(encoding="utf-8"))["plan"]
-    except (OSError, ValueError, KeyError, TypeError):
+        values = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+        plan, actions = values["plan"], list(values.get("actions", ()))
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None
-    return Plan.from_dict(values)
+    return commanded(Plan.from_dict(plan), map(read_action, actions))
 
 
 def read_pair(folder: Path, *, mirrored: bool = True) -> "Pair":

@@ -4,13 +4,14 @@ import argparse
 import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from app.cli.options import add_fault_options, add_plan_options, requested_fault, requested_plan
 from app.cli.output import note, print_json, progress, writable_folder
 
 if TYPE_CHECKING:
     from core.fmea.fault import Fault
+    from core.twin.actions import Action
     from core.twin.plan import Plan
     from core.twin.trajectory import Pair
 
@@ -21,7 +22,7 @@ Fly one flight twice, with the fault and without it, and write what both aircraf
 
   faulted.parquet, mirror.parquet   time, 23 channels and the flight states, 50 samples a second
   run.rrd                           the same for the Rerun viewer
-  run.json                          the plan and the fault
+  run.json                          the plan, the fault and what was done on the way
 
 The same options write the same Parquet bytes on every run.
 """
@@ -30,6 +31,7 @@ examples:
   mirrortwin simulate --fault baffle_crack --severity 0.8 --onset 60 --seed 7 --out flight
   mirrortwin simulate --fault engine_failure --altitude 5000 --speed 100 --heading 90 --out flight
   mirrortwin simulate --plan plan.toml --fault oil_cooler_maintenance --out flight
+  mirrortwin simulate --actions actions.toml --out flight
 
 a plan file holds any of these lines, the rest keeps its default:
   altitude_ft = 5200
@@ -39,6 +41,13 @@ a plan file holds any of these lines, the rest keeps its default:
   [weather]
   wind_kt = 12
   wind_from_deg = 240
+
+an actions file holds any number of these:
+  [[actions]]
+  kind = "fault"          # or "repair", or "target" with altitude_ft, speed_kt, heading_deg
+  time_s = 90
+  mode = "baffle_crack"
+  severity = 0.7
 """
 
 
@@ -46,6 +55,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     """Add the options of this command."""
     add_fault_options(parser)
     add_plan_options(parser)
+    parser.add_argument(
+        "--actions", type=Path, metavar="FILE",
+        help="what is done on the way, as TOML or JSON: faults, repairs, new targets",
+    )  # fmt: skip
     parser.add_argument(
         "--out", type=Path, required=True, metavar="DIR", help="the folder to write to"
     )
@@ -56,10 +69,11 @@ def run(args: argparse.Namespace) -> None:
     """Fly the pair and write it; raises `InputError`, `FlightError` or `StoreError`."""
     plan = requested_plan(args)
     fault = requested_fault(args, plan)
+    actions = _requested_actions(args.actions, plan)
     out = writable_folder(args.out)
     with progress("flying") as show:
-        pair = _flown(plan, fault, show)
-    files = _write(out, pair, plan, fault)
+        pair = _flown(plan, fault, actions, show)
+    files = _write(out, pair, plan, fault, actions)
     if args.json:
         summary = {"plan": plan.to_dict(), "fault": fault.to_dict(), "samples": len(pair.mirror)}
         print_json(summary | {"files": [str(path) for path in files]})
@@ -69,33 +83,46 @@ def run(args: argparse.Namespace) -> None:
     note(f"Now try: mirrortwin diagnose {out}")
 
 
-def _flown(plan: "Plan", fault: "Fault", show: Callable[[float], None]) -> "Pair":
-    from core.twin.flight import PairFlight
-    from core.twin.trajectory import Pair, Trajectory
+def _requested_actions(path: Path | None, plan: "Plan") -> "tuple[Action, ...]":
+    from core.twin.actions import in_order, load_actions
 
-    flight = PairFlight(plan, fault)
+    return () if path is None else in_order(load_actions(path), plan)
+
+
+def _flown(
+    plan: "Plan", fault: "Fault", actions: "tuple[Action, ...]", show: Callable[[float], None]
+) -> "Pair":
+    from core.twin.flight import PairFlight
+    from core.twin.trajectory import Pair
+
+    flight = PairFlight(plan, fault, actions)
     blocks: list[Pair] = []
     while (block := flight.advance(_BLOCK_S)) is not None:
         blocks.append(block)
         show(flight.progress)
-    return Pair(
-        Trajectory.joined([block.faulted for block in blocks]),
-        Trajectory.joined([block.mirror for block in blocks]),
-    )
+    return Pair.joined(blocks)
 
 
-def _write(out: Path, pair: "Pair", plan: "Plan", fault: "Fault") -> list[Path]:
+def _write(
+    out: Path, pair: "Pair", plan: "Plan", fault: "Fault", actions: "tuple[Action, ...]"
+) -> list[Path]:
     from importlib.metadata import version
 
     from app.scenes.recording import write_recording
+    from core.fmea.fault import Fault
     from core.jobs.store import write_trajectory
+    from core.twin.actions import action_to_dict, first_fault
 
     faulted, mirror, recording, record = (
         out / name for name in ("faulted.parquet", "mirror.parquet", "run.rrd", "run.json")
     )
     write_trajectory(faulted, pair.faulted)
     write_trajectory(mirror, pair.mirror)
-    write_recording(recording, pair, plan, fault)
-    described = {"plan": plan.to_dict(), "fault": fault.to_dict(), "version": version("mirrortwin")}
+    flown = (first_fault(fault, actions) or Fault()) if actions else fault
+    write_recording(recording, pair, plan, flown)
+    described: dict[str, Any] = {"plan": plan.to_dict(), "fault": fault.to_dict()}
+    if listed := [action_to_dict(action) for action in actions]:
+        described["actions"] = listed
+    described["version"] = version("mirrortwin")
     record.write_text(json.dumps(described, indent=2) + "\n", encoding="utf-8")
     return [faulted, mirror, recording, record]

@@ -125,3 +125,23 @@ def test_faults_are_told_as_scripts_expect(mirrortwin):
     assert len(told) == 20
     assert {mode["subsystem"] for mode in told} == {mode.subsystem for mode in catalogue().values()}
     assert all(mode["id"] in mirrortwin("faults").stdout for mode in told[:3])
+
+
+def test_what_is_done_on_the_way_is_flown_and_written(command: str, tmp_path: Path) -> None:
+    actions, out = tmp_path / "actions.toml", tmp_path / "flight"
+    actions.write_text(
+        '[[actions]]\nkind = "fault"\ntime_s = 20\nmode = "engine_failure"\n'
+        '[[actions]]\nkind = "repair"\ntime_s = 5\n'
+    )
+    asked = [command, "simulate", "--duration", "40", "--out", out, "--actions", actions]
+    subprocess.run(asked, check=True, capture_output=True)
+    told = json.loads((out / "run.json").read_text())["actions"]
+    assert [(action["kind"], action["time_s"]) for action in told] == [("repair", 5), ("fault", 20)]
+    faulted, mirror = (pq.read_table(out / name) for name in PARQUET)
+    differs = faulted["E1 RPM"].to_numpy() != mirror["E1 RPM"].to_numpy()
+    assert np.flatnonzero(differs)[0] == pytest.approx(1000, abs=60)
+    actions.write_text('[[actions]]\nkind = "fault"\ntime_s = 50\nmode = "engine_failure"\n')
+    refused = subprocess.run(asked, capture_output=True, text=True)
+    assert refused.returncode != 0
+    assert "time_s: must lie in 0 to 40 s" in refused.stderr
+    assert "Traceback" not in refused.stderr
