@@ -1,8 +1,10 @@
-"""``mirrortwin bench``: the speed of the twin."""
+"""``mirrortwin bench``: the speed of the twin, and of the server before a crowd."""
 
 import argparse
+from pathlib import Path
 
-from app.cli.output import note, print_json, progress, stdout
+from app.cli.output import note, print_json, progress, stdout, writable_folder
+from core.errors import InputError
 
 DESCRIPTION = """\
 Measure the speed of the twin, as medians over the rounds:
@@ -15,32 +17,58 @@ Measure the speed of the twin, as medians over the rounds:
 
 The last two are measured in the first three rounds only. Takes about a minute on a quiet machine;
 `mirrortwin experiment speed` also draws it.
+
+With --clients, the server instead: so many pages at once, each with a live flight of its own at ten
+times the pace of the clock, three rounds of them; then the same with one page that reads nothing;
+then 50 runs on one page. How late samples come (from the flight to the page), what memory the
+server takes, and whether a page was told anything of another's run. Some minutes.
 """
 EXAMPLES = """\
 examples:
   mirrortwin bench --quick
   mirrortwin bench --rounds 15 --json
+  mirrortwin bench --clients 50 --json
+  mirrortwin bench --clients 50 --out models/results     keeps them as crowd.json
 """
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the options of this command."""
     parser.add_argument(
-        "--rounds", type=int, default=10, metavar="N", help="how often to measure (default 10)"
+        "--rounds", type=int, metavar="N",
+        help="how often to measure (default 10, with --clients 3)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--quick", action="store_true",
+        help="a quarter of an hour for 2 h, 8 flights for 64; with --clients, 60 s for 300 s",
+    )  # fmt: skip
+    parser.add_argument(
+        "--clients", type=int, metavar="N", help="measure the server before N pages at once"
     )
     parser.add_argument(
-        "--quick", action="store_true", help="a quarter of an hour for 2 h, 8 flights for 64"
+        "--out", type=Path, metavar="DIR", help="with --clients: also write crowd.json there"
     )
     parser.add_argument("--json", action="store_true", help="print the figures as JSON")
 
 
 def run(args: argparse.Namespace) -> None:
-    """Print the measured speed; raises `InputError` for a bad number of rounds."""
+    """Print what was measured; raises `InputError` for a bad number of rounds or clients."""
+    if args.clients is not None:
+        _crowd(args)
+    elif args.out is not None:
+        raise InputError("out", "goes with --clients; `mirrortwin experiment speed` keeps the rest")
+    else:
+        _speed(args)
+
+
+def _speed(args: argparse.Namespace) -> None:
     from core.experiments.bench import FULL, QUICK, measure
     from core.experiments.speed import BUSY
 
     with progress("measuring") as show:
-        speed = measure(args.rounds, QUICK if args.quick else FULL, show)
+        speed = measure(
+            10 if args.rounds is None else args.rounds, QUICK if args.quick else FULL, show
+        )
     if speed.busy:
         note(BUSY)
     if args.json:
@@ -58,3 +86,23 @@ def run(args: argparse.Namespace) -> None:
         table.add_row(work, f"{seconds * 1e3:.0f} ms", f"{ratio:.2f}")
     table.add_row("two workers over one", "", f"{speed.two_worker_speedup:.2f}")
     stdout().print(table)
+
+
+def _crowd(args: argparse.Namespace) -> None:
+    from app.crowd.measure import FULL, QUICK, measure
+    from app.crowd.report import BUSY, kept, lines
+    from core.twin.plan import checked_number
+
+    clients = int(checked_number("clients", args.clients, 2, 100))
+    rounds = int(checked_number("rounds", 3 if args.rounds is None else args.rounds, 1, 100))
+    out = writable_folder(args.out) if args.out else None
+    with progress("measuring") as show:
+        crowd = measure(clients, QUICK if args.quick else FULL, rounds, progress=show)
+    if crowd.busy:
+        note(BUSY)
+    content = kept(crowd, out)
+    if args.json:
+        print_json(content)
+        return
+    for line in lines(crowd):
+        print(line)

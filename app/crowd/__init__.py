@@ -1,0 +1,1 @@
+"""Many browser pages at once, without browsers: what the server is measured by."""
