@@ -8,6 +8,7 @@
   "use strict";
 
   const ANNOUNCE_MS = 100;
+  const REST_MS = 250;
   // Plotly's date axes count from a day on: see `moment` in `app/panels/axes.py`.
   const DAY_S = 86400;
   const CHARTS = ["probabilities", "residual-strip"];
@@ -26,6 +27,7 @@
   let speed = 10;
   let due = null;
   let announced = null;
+  let resting = null;
 
   const tiles = () => window.dash_clientside.tiles;
   const flight = () => window.dash_clientside.flight;
@@ -56,17 +58,34 @@
     if (zoom && time_s !== null && (time_s < zoom.min || time_s > zoom.max)) zoomTo(null);
     tiles().moveCursor(time_s);
     drawLines();
+    showSlider();
     document.dispatchEvent(new CustomEvent("cursormoved", { detail: time_s }));
     if (announced === null) announced = setTimeout(announce, ANNOUNCE_MS);
+    clearTimeout(resting);
+    resting = setTimeout(rest, REST_MS);
   }
 
-  // The costly ones: the slider is drawn by React, the aircraft are moved by the server.
+  // The slider as React will draw it once the cursor rests: each time costs it many milliseconds.
+  function showSlider() {
+    const thumb = document.querySelector("#scrub [role='slider']");
+    if (!thumb) return;
+    const at_s = time_s ?? flight().flownUntil();
+    const share = (100 * at_s) / flight().duration_s;
+    const bar = document.querySelector("#scrub .mantine-Slider-bar");
+    thumb.style.setProperty("--slider-thumb-offset", `${share}%`);
+    bar.style.setProperty("--slider-bar-width", `calc(${share}% + 2 * var(--slider-size))`);
+    thumb.setAttribute("aria-valuetext", clock(at_s));
+    element("scrub-time").textContent = clock(at_s);
+  }
+
+  function rest() {
+    if (element("scrub")) setProps("scrub", { value: time_s ?? flight().flownUntil() });
+  }
+
+  // The aircraft are moved by the server.
   function announce() {
     announced = null;
     setProps("cursor", { data: time_s });
-    setProps("scrub", { value: time_s ?? flight().flownUntil() });
-    const thumb = document.querySelector("#scrub [role='slider']");
-    if (thumb) thumb.setAttribute("aria-valuetext", clock(time_s ?? flight().flownUntil()));
     const replay = document.querySelector("#scene iframe[sandbox]");
     if (replay && time_s !== null) {
       replay.contentWindow.postMessage({ type: "seek", time_s }, "*");
@@ -318,6 +337,7 @@
 
   // The charts come after the page, and the page may be laid out anew.
   document.addEventListener("flightchanged", () => {
+    if (time_s === null) showSlider();
     CHARTS.map(plotOf).forEach((plot) => plot && plot.on && listenTo(plot));
   });
 
@@ -333,9 +353,6 @@
       },
       setSpeed(value) {
         speed = Number(value);
-      },
-      label(value) {
-        return flight() ? clock(value || 0) : "";
       },
     },
   });

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 import dash_mantine_components as dmc
-from dash import ClientsideFunction, Dash, Input, Output, State, dcc, html
+from dash import ClientsideFunction, Dash, Input, State, dcc, html
 
 from app.pages.attributes import attributes
 from app.pages.present import present_button
@@ -72,7 +72,6 @@ def register(app: Dash, seek: Callable[[str, float | None], None]) -> None:
     in_browser: list[tuple[str, tuple[Any, ...]]] = [
         ("scrub", (Input("scrub", "value"),)),
         ("setSpeed", (Input("play-speed", "value"),)),
-        ("label", (Output("scrub-time", "children"), Input("scrub", "value"))),
     ]
     for name, dependencies in in_browser:
         app.clientside_callback(  # type: ignore[no-untyped-call]  # dash types callback alone

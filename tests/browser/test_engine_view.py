@@ -1,0 +1,285 @@
+"""The engine monitor, the time cursor's tools and the units, on one page in a real browser."""
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from playwright.sync_api import Locator, Page, expect
+
+pytestmark = pytest.mark.browser
+
+TIMEOUT_MS = 120_000
+DURATION_S = 300
+RPM, CHT1, CHT4, IAS = 9, 10, 13, 19
+
+RANGES = """
+() => ["probabilities", "residual-strip"].map((id) => {
+  const { xaxis } = document.querySelector(`#${id} .js-plotly-plot`)._fullLayout;
+  return xaxis.range.map((end) => Math.round(xaxis.r2l(end) / 1000 - 86400));
+})
+"""
+"""From when to when the Plotly charts go, in seconds of flight."""
+
+
+@pytest.fixture(scope="module")
+def complaints() -> list[str]:
+    return []
+
+
+@pytest.fixture(scope="module")
+def flown(server: Any, browser: Any, complaints: list[str]) -> Iterator[Page]:
+    """A page with the default flight flown, looked at by all tests here."""
+    page = browser.new_page(viewport={"width": 1440, "height": 1900})
+    page.set_default_timeout(TIMEOUT_MS)
+    page.on("console", lambda line: complaints.append(line.text) if line.type == "error" else None)
+    page.on("pageerror", lambda error: complaints.append(str(error)))
+    page.goto(server.url)
+    page.locator("#run").click()
+    page.locator("#fly[data-status=done]").wait_for()
+    expect(page.locator("#moments button")).to_have_count(3, timeout=TIMEOUT_MS)
+    yield page
+    page.close()
+
+
+@pytest.fixture
+def page_at_rest(flown: Page) -> Page:
+    """The page without a cursor, A, B or zoom."""
+    flown.mouse.move(2, 2)
+    flown.locator("#run-title").click()
+    for key in ("Escape", "Escape", "0"):
+        flown.keyboard.press(key)
+    expect(flown.locator("#zoom-out")).to_be_hidden()
+    expect(flown.locator("#engine-time")).to_have_text("at 05:00")
+    return flown
+
+
+def point_at(page: Page, time_s: float, tile: int = RPM) -> None:
+    """Put the pointer over a chart where the flight had lasted so long."""
+    plot = page.locator(f"#tile-{tile} .u-over").first
+    plot.scroll_into_view_if_needed()
+    box = plot.bounding_box()
+    assert box is not None
+    page.mouse.move(box["x"] + box["width"] * time_s / DURATION_S, box["y"] + box["height"] / 2)
+
+
+def drag(page: Page, over: Locator, start: float, end: float) -> None:
+    """Drag across a chart between two shares of its width."""
+    box = over.bounding_box()
+    assert box is not None
+    y = box["y"] + box["height"] / 2
+    page.mouse.move(box["x"] + box["width"] * start, y)
+    page.mouse.down()
+    page.mouse.move(box["x"] + box["width"] * end, y + 1, steps=4)
+    page.mouse.up()
+
+
+def meter(page: Page, label: str) -> Locator:
+    return page.locator(f'[role=meter][aria-label^="{label}"]')
+
+
+def box_of(locator: Locator) -> dict[str, float]:
+    box = locator.bounding_box()
+    assert box is not None
+    return dict(box)
+
+
+def reading(page: Page, index: int) -> tuple[float, float]:
+    """The reading in the head of a tile, and its difference from the mirror."""
+    text = page.locator(f"#readout-{index}").inner_text().replace("−", "-")
+    value, difference = text.split("Δ")
+    return float(value), float(difference)
+
+
+def test_the_monitor_shows_each_cylinder_in_its_place(page_at_rest: Page) -> None:
+    page = page_at_rest
+    expect(page.locator("#engine-view [role=meter]")).to_have_count(18)
+    for cylinder in "1234":
+        egt, cht = (box_of(meter(page, f"{kind} {cylinder}")) for kind in ("EGT", "CHT"))
+        assert egt["y"] + egt["height"] <= cht["y"] + 6
+        assert abs(egt["x"] - cht["x"]) < 6
+    first, second, third, fourth = (box_of(meter(page, f"EGT {n}")) for n in "1234")
+    assert second["x"] < first["x"]  # left and right
+    assert fourth["x"] < third["x"]
+    assert first["y"] < third["y"]  # front and rear
+    assert second["y"] < fourth["y"]
+
+
+def test_a_bar_and_its_ghost_are_apart_where_the_fault_shows(page_at_rest: Page) -> None:
+    def widths(name: str) -> list[float]:
+        bars = meter(page_at_rest, name).locator(".fill, .ghost")
+        return [
+            float(width)
+            for width in bars.evaluate_all("all => all.map(b => b.getAttribute('width'))")
+        ]
+
+    ill, ghost = widths("CHT 4")
+    assert ghost - ill > 3
+    well, ghost = widths("CHT 1")
+    assert abs(ghost - well) < 1
+    value = meter(page_at_rest, "CHT 4").get_attribute("aria-valuenow")
+    assert value is not None
+    assert float(value) == reading(page_at_rest, CHT4)[0]
+    expect(page_at_rest.locator("#engine-status")).to_have_text("Within limits")
+
+
+def test_all_follow_the_pointer_and_come_back(page_at_rest: Page) -> None:
+    page = page_at_rest
+    latest = reading(page, CHT4)
+    point_at(page, 50.0)
+    expect(page.locator("#engine-time")).to_have_text(re.compile("at 00:(49|50|51)"))
+    assert reading(page, CHT4)[1] == 0.0
+    expect(meter(page, "CHT 4")).to_have_attribute("aria-valuenow", f"{reading(page, CHT4)[0]:.1f}")
+    expect(page.locator("#ranking-at")).to_contain_text("Answer at")
+    expect(page.locator("#ranking-at li").first).to_contain_text("Nominal")
+    expect(page.locator("#ranking")).to_be_hidden()
+    point_at(page, 20.0)
+    expect(page.locator("#ranking-at")).to_contain_text("No answer yet")
+    page.mouse.move(2, 2)
+    expect(page.locator("#ranking")).to_be_visible()
+    assert reading(page, CHT4) == latest
+
+
+def test_marks_are_on_every_chart_and_lead_there(page_at_rest: Page) -> None:
+    page = page_at_rest
+    onset, evidence, named = page.locator("#moments button").all()
+    expect(onset).to_have_text("Onset 01:00")
+    expect(evidence).to_have_text(re.compile("First evidence: .+ 01:0"))
+    expect(named).to_have_text(re.compile("First right answer 01:"))
+    for chart in ("probabilities", "residual-strip"):
+        for kind in ("evidence", "named"):
+            expect(page.locator(f"#{chart} .{kind}-line")).to_be_visible()
+    onset.click()
+    expect(page.locator("#scrub-time")).to_have_text("01:00")
+    expect(page.locator("#engine-time")).to_have_text("at 01:00")
+    # A glance elsewhere does not lose the place.
+    point_at(page, 200.0)
+    expect(page.locator("#scrub-time")).to_have_text(re.compile("03:(19|20|21)"))
+    page.mouse.move(2, 2)
+    expect(page.locator("#scrub-time")).to_have_text("01:00")
+
+
+def test_a_to_b_is_measured_in_every_tile(page_at_rest: Page) -> None:
+    page = page_at_rest
+    point_at(page, 60.0)
+    page.keyboard.press("a")
+    point_at(page, 240.0)
+    page.locator("#set-b").press("Enter")  # by its button: the pointer stays where it is
+    expect(page.locator("#between")).to_have_text(re.compile("A 01:0.*B 0[34]:.*apart"))
+    apart = page.locator("#between").inner_text().split("B")[1].split()[1]
+    minutes = int(apart[:2]) + int(apart[3:]) / 60
+    text = page.locator(f"#between-{RPM}").inner_text().replace("−", "-").removeprefix("A→B ")
+    gone, rate = (float(part.removesuffix("/min")) for part in text.split())
+    assert -70 < gone < -40
+    assert rate == pytest.approx(gone / minutes, abs=0.6)
+    assert page.locator(".tile-between:not(:empty)").count() == 23
+    for chart in ("probabilities", "residual-strip"):
+        expect(page.locator(f"#{chart} .a-line")).to_be_visible()
+        expect(page.locator(f"#{chart} .b-line")).to_be_visible()
+    page.keyboard.press("Escape")
+    expect(page.locator("#between")).to_have_text("")
+    assert page.locator(".tile-between:not(:empty)").count() == 0
+
+
+def test_one_zoom_serves_tiles_and_figures(page_at_rest: Page) -> None:
+    page = page_at_rest
+    tile = page.locator(f"#tile-{RPM} .u-over").first
+    tile.scroll_into_view_if_needed()
+    drag(page, tile, 0.2, 0.6)
+    shown = page.locator("#zoom-out")
+    expect(shown).to_contain_text(re.compile("(00:59|01:00|01:01) to (02:59|03:00|03:01)"))
+    page.wait_for_function(f"({RANGES})().every(([from, to]) => from > 55 && to < 185)")
+    page.keyboard.press("+")
+    expect(shown).not_to_contain_text("03:0")
+    page.keyboard.press("-")
+    page.keyboard.press(">")
+    expect(shown).not_to_contain_text(re.compile("^0[01]:[05]"))
+    tile.dblclick()
+    expect(shown).to_be_hidden()
+    page.wait_for_function(f"({RANGES})().every(([from, to]) => from === 0 && to === {DURATION_S})")
+
+    strip = page.locator("#residual-strip .nsewdrag").first
+    drag(page, strip, 0.2, 0.6)
+    expect(shown).to_be_visible()
+    page.wait_for_function(f"({RANGES})().every(([from, to]) => from > 40 && to < 200)")
+    shown.click()
+    expect(shown).to_be_hidden()
+    page.wait_for_function(f"({RANGES})().every(([from, to]) => from === 0 && to === {DURATION_S})")
+
+
+def test_units_are_converted_at_display_and_remembered(
+    page_at_rest: Page, complaints: list[str]
+) -> None:
+    page = page_at_rest
+    logged = {index: reading(page, index) for index in (CHT1, CHT4, IAS, RPM)}
+    page.locator("#units-chosen").click()
+    page.get_by_label("Temperatures in °C").check()
+    page.get_by_label("Airspeed in km/h").check()
+    page.locator("#units-chosen").click()
+    expect(page.locator("#units-chosen")).to_contain_text("°C")
+
+    def check() -> None:
+        # Tiles out of view change when the browser has time.
+        for index, unit in ((CHT1, "°C"), (CHT4, "°C"), (IAS, "km/h")):
+            expect(page.locator(f".tile:has(#tile-{index}) .tile-unit")).to_have_text(unit)
+        for index in (CHT1, CHT4):
+            value, difference = reading(page, index)
+            assert value == pytest.approx((logged[index][0] - 32) / 1.8, abs=0.11)
+            assert difference == pytest.approx(logged[index][1] / 1.8, abs=0.11)
+        assert reading(page, IAS)[0] == pytest.approx(logged[IAS][0] * 1.852, abs=0.2)
+        assert reading(page, RPM) == logged[RPM]
+        assert (meter(page, "CHT 4").get_attribute("aria-valuetext") or "").endswith("°C")
+
+    check()
+    page.reload()
+    expect(page.locator("#moments button")).to_have_count(3, timeout=TIMEOUT_MS)
+    expect(page.locator("#engine-time")).to_have_text("at 05:00", timeout=TIMEOUT_MS)
+    check()
+    assert complaints == []
+
+
+SCRUB = """
+async () => {
+  const over = document.querySelector("#tile-9 .u-over");
+  const { left, width, top } = over.getBoundingClientRect();
+  const frames = [];
+  const begun = performance.now();
+  return await new Promise((done) => {
+    const step = (now) => {
+      frames.push(now);
+      const share = ((now - begun) % 1500) / 1500;
+      over.dispatchEvent(new MouseEvent("mousemove", {
+        bubbles: true, clientX: left + share * width, clientY: top + 20,
+      }));
+      if (now - begun < 3000) requestAnimationFrame(step);
+      else done(frames);
+    };
+    requestAnimationFrame(step);
+  });
+}
+"""
+
+
+@pytest.mark.slow
+def test_scrubbing_costs_little_of_a_frame(page_at_rest: Page, record_property: Any) -> None:
+    """At 20 frames a second a frame has 50 ms. CPU time: a busy machine does not count."""
+    page = page_at_rest
+    page.set_viewport_size({"width": 1440, "height": 900})
+    page.evaluate("document.querySelectorAll('#scene iframe').forEach((frame) => frame.remove())")
+    page.locator(f"#tile-{RPM}").scroll_into_view_if_needed()
+    session = page.context.new_cdp_session(page)
+    session.send("Performance.enable", {"timeDomain": "threadTicks"})
+
+    def spent_s() -> float:
+        metrics = session.send("Performance.getMetrics")["metrics"]
+        kinds = ("ScriptDuration", "LayoutDuration", "RecalcStyleDuration")
+        return float(sum(each["value"] for each in metrics if each["name"] in kinds))
+
+    before_s = spent_s()
+    frames = page.evaluate(SCRUB)
+    frame_ms = 1000 * (spent_s() - before_s) / (len(frames) - 1)
+    rate = 1000 * (len(frames) - 1) / (frames[-1] - frames[0])
+    record_property("frame_cpu_ms", round(frame_ms, 1))
+    record_property("frames_per_s", round(rate, 1))
+    print(f"{frame_ms:.1f} ms of CPU a frame while scrubbing, {rate:.0f} frames/s")
+    assert frame_ms < 30
