@@ -338,6 +338,9 @@
   // The charts come after the page, and the page may be laid out anew.
   document.addEventListener("flightchanged", () => {
     if (time_s === null) showSlider();
+    // The onset of a live flight comes when it comes.
+    const marked = marks.find(({ kind }) => kind === "onset");
+    if ((marked ? marked.time_s : null) !== flight().onset_s) showMarks();
     CHARTS.map(plotOf).forEach((plot) => plot && plot.on && listenTo(plot));
   });
 
