@@ -63,10 +63,6 @@ UNREAD_S = 30.0
 """A connection that takes nothing for so long is given up, with all that still waits for it."""
 
 
-UNREAD_S = 30.0
-"""A connection that takes nothing for so long is given up, with all that still waits for it."""
-
-
 def create_app(
     engine: Engine,
     store: RunStore,
@@ -210,18 +206,6 @@ def _listen(host: str, port: int) -> socket.socket:
         raise WorkerError(f"port {port} on {host} {why}; choose another with --port") from None
     give_up_unread(listener)  # what it accepts inherits this
     return listener
-    give_up_unread(listener)  # what it accepts inherits this
-    return listener
-
-
-def give_up_unread(listener: socket.socket) -> None:
-    """Have the system end connections that take nothing for `UNREAD_S`, where it can (Linux).
-
-    Uvicorn hears by its pings that the other end is gone, but then closes in good order, which
-    never comes to an end while there is something left to send.
-    """
-    if option := getattr(socket, "TCP_USER_TIMEOUT", None):
-        listener.setsockopt(socket.IPPROTO_TCP, option, round(UNREAD_S * 1000))
 
 
 def give_up_unread(listener: socket.socket) -> None:
