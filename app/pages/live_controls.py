@@ -70,7 +70,7 @@ def pace_choice() -> dmc.InputWrapper:
         ),
         label="Pace",
         labelElement="div",
-        description="× flies live: break, mend and steer on the way",
+        description="× is live: break, mend, steer",
         size="xs",
     )
 
@@ -95,7 +95,9 @@ def live_bar() -> html.Div:
             className="live-button",
             **attributes(
                 aria_pressed="false",
-                aria_label="As fast as it goes" if math.isinf(pace) else f"{pace:g} times as fast",
+                aria_label="As fast as it goes"
+                if math.isinf(pace)
+                else f"×{pace:g}, seconds of flight a second",
             ),
         )
         for pace in PACES
@@ -115,7 +117,7 @@ def live_bar() -> html.Div:
                     searchable=True, allowDeselect=False, size="xs", className="live-fault",
                     **attributes(aria_label="Fault to inject"),
                 ),
-                _number("severity", "Severity, 0 to 1", 0.6, 0.1),
+                _number("severity", "Severity", 0.6, 0.1),
                 _button("inject", "Inject",
                         "This fault and no other, from now on; where it has set in already, "
                         "another severity"),

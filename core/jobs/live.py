@@ -32,6 +32,9 @@ STAY_S = 0.5
 HURRY_S = 5.0
 """Flight time of a block where nothing is to be waited for."""
 
+REPLAY_S = 60.0
+"""Flight time of a block that has been seen before: the longer, the sooner it is back."""
+
 LATE_S = 1.0
 """A flight that is later than this lets the time go, instead of hurrying to make up for it."""
 
@@ -221,7 +224,7 @@ class LiveFlight:
         """The length of the next block, in whole samples, and when the one after it is due."""
         if self._must_hurry(orders):
             left_s = orders.resume_s - self._flight.flown_s
-            return min(HURRY_S, left_s) if self._is_resuming(orders) else HURRY_S
+            return min(REPLAY_S, left_s) if self._is_resuming(orders) else HURRY_S
         step_s = max(round(orders.pace * PERIOD_S / _SAMPLE_S), 1) * _SAMPLE_S
         now_s = time.monotonic()
         self._due_s = max(self._due_s or now_s, now_s - LATE_S) + step_s / orders.pace

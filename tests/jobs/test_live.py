@@ -16,6 +16,7 @@ from core.jobs.engine import Engine
 from core.jobs.events import Acted, Cancelled, Event, Finished, Paced, Samples, Started
 from core.jobs.feed import Subscription
 from core.jobs.files import read_json
+from core.jobs.live import Control, Inbox, Orders, deliver
 from core.jobs.store import RunStore
 from core.twin.actions import Action, Repair, SetFault, SetTarget
 from core.twin.flight import fly_pair
@@ -48,6 +49,43 @@ def assert_flown_again(engine: Engine, run_id: str) -> tuple[Action, ...]:
     assert stored.mirror.channels.tobytes() == again.mirror.channels.tobytes()
     assert stored.faulted.states.tobytes() == again.faulted.states.tobytes()
     return record.actions
+
+
+def streamed(time_s: float) -> Samples:
+    """Samples that end there."""
+    last = np.array([time_s], dtype=np.float32)
+    nothing = np.empty((1, 0), dtype=np.float32)
+    return Samples("run", 0, last, nothing, nothing, nothing, nothing)
+
+
+def test_what_a_dead_worker_had_not_begun_happens_where_the_flight_was() -> None:
+    control = Control(PLAN, 10.0)
+    control.begun("tcp://one", "first")
+    control.heard(streamed(20.0))
+    control.actions = control.with_action(SetFault(0.0, "baffle_crack"))
+    assert control.actions[0].time_s == pytest.approx(20.2)
+    flown = SetFault(24.0, "baffle_crack")  # the worker had come further when it heard
+    assert control.taken(Acted("run", (flown,)))
+    assert not control.taken(Acted("run", (flown,)))
+    control.actions = control.with_action(Repair(0.0))
+    control.heard(streamed(60.0))
+    control.begun("tcp://two", "second")
+    orders = control.orders()
+    assert [action.time_s for action in orders.actions] == [24.0, pytest.approx(60.2)]
+    assert orders.resume_s == pytest.approx(60.2)
+    control.heard(streamed(5.0))  # it is flown there again
+    assert control.flown_s == pytest.approx(60.2)
+
+
+def test_orders_that_were_overtaken_are_left_out() -> None:
+    with Inbox("start") as inbox:
+        newest = Orders(2, 1.0, True, (), 0.0)
+        deliver("start", newest)
+        deliver("start", Orders(1, 60.0, False, (), 0.0))
+        deliver("of another flight", Orders(3, 60.0, False, (), 0.0))
+        assert inbox.orders is newest
+    deliver("start", Orders(4, 60.0, False, (), 0.0))
+    assert inbox.orders is newest
 
 
 def test_a_live_flight_is_its_plan_and_its_actions(engine: Engine) -> None:
@@ -84,7 +122,8 @@ def test_it_keeps_its_pace_and_stands_still_in_a_pause(engine: Engine) -> None:
     read_until(subscription, Samples)
     began = time.monotonic()
     came_to_s = flown_s(read_to(subscription, 8.0))
-    assert came_to_s / 10.0 - 0.3 < time.monotonic() - began < came_to_s / 10.0 + 0.5
+    late_s = 0.5 * max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))
+    assert came_to_s / 10.0 - 0.3 < time.monotonic() - began < came_to_s / 10.0 + late_s
     engine.steer(run_id, is_paused=True)
     assert read_until(subscription, Paced) == Paced(run_id, 10.0, True)
     while subscription.get(timeout=0.5) is not None:
