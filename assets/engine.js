@@ -221,8 +221,8 @@
       write(gauge.difference, "");
       gauge.fill(gauge.scale.low);
       gauge.ghost(gauge.scale.low);
-      gauge.group.removeAttribute("aria-valuenow");
-      gauge.group.removeAttribute("aria-valuetext");
+      gauge.group.setAttribute("aria-valuenow", gauge.scale.low); // a meter must have one
+      gauge.group.setAttribute("aria-valuetext", "no reading");
       gauge.status = "normal";
       return;
     }

@@ -67,6 +67,10 @@ def test_the_fault_is_nowhere_until_it_is_answered(
 ) -> None:
     store = RunStore(server.store)
     before = len(store.records())
+    # What the runs of other tests name, the lists may name.
+    other = context.new_page()
+    listed = named_in_lists(other, server.url, told)
+    told.clear()
     page.goto(f"{server.url}/teach")
     page.get_by_role("textbox", name="Code").fill("hidden-1")
     page.get_by_role("button", name="Fly it").click()
@@ -85,14 +89,18 @@ def test_the_fault_is_nowhere_until_it_is_answered(
     expect(page.locator(".marks li")).to_contain_text("EGT 1 fallsfrom 02:00")
     page.reload()
     expect(page.locator(".marks li")).to_have_count(1)
-    other = context.new_page()
-    for path in ("/runs", "/compare", "/teach", f"/teach/{attempt_id}"):
+    for path in ("/teach", f"/teach/{attempt_id}"):
         other.goto(server.url + path)
         expect(other.get_by_role("heading", level=1)).to_be_visible()
     expect(other.locator(".marks li")).to_have_count(1)
     expect(other.locator("#mystery-0 canvas").first).to_be_visible()
     assert_silent(told, truth)
     assert len(store.records()) == before
+    so_far = len(told)
+    lists = context.new_page()
+    assert named_in_lists(lists, server.url, told) == listed
+    assert not any(attempt_id in message for message in told[so_far:])
+    del told[so_far:]
     for path in (f"/run/{attempt_id}", f"/recordings/{attempt_id}.rrd", f"/compare/{attempt_id}"):
         assert status(server.url + path) == 404
 
@@ -131,6 +139,16 @@ def test_the_fault_is_nowhere_until_it_is_answered(
     )
     store.close()
     assert console_errors == []
+
+
+def named_in_lists(page: Page, url: str, told: list[str]) -> set[str]:
+    """The modes that the lists of runs name."""
+    so_far = len(told)
+    for path in ("/runs", "/compare"):
+        page.goto(url + path)
+        expect(page.get_by_role("heading", level=1)).to_be_visible()
+    heard = "\n".join(told[so_far:])
+    return {mode.id for mode in catalogue().values() if mode.id in heard or mode.name in heard}
 
 
 def assert_silent(messages: list[str], truth: dict[str, Any]) -> None:
