@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 import snowballstemmer
@@ -28,6 +29,9 @@ _NO_PART = re.compile(r"(?:ly|wards?|ous|able|ible|ful|less|ness|ability|ibility
 
 _COMPARED = re.compile(r"(?:([b-df-hj-np-tv-z])\1)?(?:er|est)$")
 _INFLECTED = re.compile(r"(?:s|ed|ing|ly)$")
+_one_word_at_a_time = Lock()
+"""A stemmer keeps the word it works on in itself, and reports are checked on several threads."""
+
 _TABLES = {
     "moves": ("up", "down", "still"),
     "mood": ("expected", "contrast"),
@@ -117,7 +121,8 @@ def _words(text: str) -> list[str]:
 
 @cache
 def _stem(word: str) -> str:
-    stemmed: str = _stemmer().stemWord(word.removesuffix("'s"))
+    with _one_word_at_a_time:
+        stemmed: str = _stemmer().stemWord(word.removesuffix("'s"))
     return stemmed
 
 
