@@ -36,13 +36,18 @@ _FLUSH_AFTER_S = 1.0
 
 
 class Recording:
-    """One live run's recording. Methods may be called from any thread, and take some 10 ms."""
+    """One live run's recording. Methods may be called from any thread.
+
+    Nothing is encoded before somebody reads it: most pages show the other 3D view. From then on
+    `extend` takes some 10 ms.
+    """
 
     def __init__(self, run_id: str, plan: Plan, fault: Fault) -> None:
-        """Prepare to record; the first samples, or the end, begin it."""
+        """Prepare to record."""
         self._lock = threading.Lock()
-        self._plan, self._fault = plan, fault
-        self._log = RunLog(run_id)
+        self._run_id, self._plan, self._fault = run_id, plan, fault
+        self._log: RunLog | None = None
+        self._diagnosis: Diagnosis | None = None
         self._chunks: list[bytes] = []
         self._waiting: list[Samples] = []
         self._faulted: Poses | None = None
@@ -58,23 +63,24 @@ class Recording:
             if samples.time_s[-1] <= newest_s:
                 return
             self._waiting.append(samples)
+            if self._log is None:
+                return
             span_s = float(samples.time_s[-1]) - self._recorded_until_s
             overdue = time.monotonic() - self._flushed_at > _FLUSH_AFTER_S
             if overdue or span_s >= max(10.0, self._plan.duration_s / 60.0):
-                self._flush()
+                self._flush(self._log)
 
     def finish(self, diagnosis: Diagnosis | None) -> None:
         """Record what still waits and the verdict; whoever reads the stream comes to its end."""
         with self._lock:
-            self._flush()
-            if diagnosis is not None:
-                self._log.describe(self._plan, self._fault, diagnosis)
-                self._chunks.append(self._log.read())
+            self._diagnosis = diagnosis
+            if self._log is not None:
+                self._conclude(self._log)
             self._finished = True
-            self._log.close()
 
     async def stream(self) -> AsyncIterator[bytes]:
         """All bytes from the beginning, then the new ones as they come, until it is finished."""
+        await asyncio.to_thread(self._begin)
         sent = 0
         while True:
             finished = self._finished  # before looking for chunks, so that none is missed
@@ -95,17 +101,35 @@ class Recording:
     def _recorded_until_s(self) -> float:
         return -1.0 if self._mirror is None else float(self._mirror.time_s[-1])
 
-    def _flush(self) -> None:
-        """Encode what waits, one chunk an entity; before the first, what does not change."""
-        if not self._chunks:
+    def _begin(self) -> None:
+        """Encode for the first reader what there is: what does not change, then what waits."""
+        with self._lock:
+            if self._log is not None:
+                return
+            self._log = RunLog(self._run_id)
             self._log.begin(self._plan, self._plan.altitude_ft)
             self._log.describe(self._plan, self._fault, None)
             self._chunks.append(self._log.read())
+            self._flush(self._log)
+            if self._finished:
+                self._conclude(self._log)
+
+    def _conclude(self, log: RunLog) -> None:
+        self._flush(log)
+        if self._diagnosis is not None:
+            log.describe(self._plan, self._fault, self._diagnosis)
+            self._chunks.append(log.read())
+        log.close()
+
+    def _flush(self, log: RunLog) -> None:
+        """Encode what waits, one chunk an entity."""
         if not self._waiting:
             return
         batch, self._waiting = self._waiting, []
         time_s = np.concatenate([samples.time_s for samples in batch])
-        new = time_s > self._recorded_until_s
+        # A second attempt flies again, in blocks of other lengths, what the first has told.
+        before_s = np.concatenate([[self._recorded_until_s], time_s[:-1]])
+        new = time_s > np.maximum.accumulate(before_s)
         time_s = time_s[new]
         faulted, mirror, faulted_states, mirror_states = (
             np.concatenate([getattr(samples, name) for samples in batch])[new]
@@ -117,14 +141,14 @@ class Recording:
         else:
             self._faulted = self._faulted.joined(new_faulted)
             self._mirror = self._mirror.joined(new_mirror)
-        self._log.channels(time_s, faulted, mirror)
-        self._log.residuals(time_s, faulted, mirror)
-        self._log.poses(new_faulted, new_mirror)
-        self._log.paths(self._faulted, self._mirror, growing=True)
+        log.channels(time_s, faulted, mirror)
+        log.residuals(time_s, faulted, mirror)
+        log.poses(new_faulted, new_mirror)
+        log.paths(self._faulted, self._mirror, growing=True)
         if not self._marked and time_s[-1] >= self._fault.onset_s:
-            self._log.onset(self._faulted.at(self._fault.onset_s))
+            log.onset(self._faulted.at(self._fault.onset_s))
             self._marked = True
-        self._chunks.append(self._log.read())
+        self._chunks.append(log.read())
         self._flushed_at = time.monotonic()
 
 
