@@ -163,7 +163,9 @@ def _stored(run: PlannedRun, records: Sequence[RunRecord]) -> RunRecord | None:
         (
             record
             for record in records
-            if record.status == "done" and (record.plan, record.fault) == (run.plan, run.fault)
+            if record.status == "done"
+            and not record.actions
+            and (record.plan, record.fault) == (run.plan, run.fault)
         ),
         None,
     )
