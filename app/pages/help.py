@@ -16,6 +16,9 @@ KEYS: tuple[tuple[str, tuple[tuple[str, str], ...]], ...] = (
             ("Ctrl + Enter", "fly what the form says"),
             ("P", "put the flight on the wall, and back"),
             ("Tab, then ← →", "on the slider: move the time of all charts and 3D views"),
+            ("A, B", "put the cursors A and B where the time cursor is; Esc takes them away"),
+            ("+ − 0", "zoom all charts in, out, back to the whole flight"),
+            ("< >", "move what is zoomed into: earlier, later"),
             (
                 "↑ ↓ Enter Esc",
                 "in the report: go through the sentences, show the evidence, hide it",

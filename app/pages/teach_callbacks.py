@@ -8,7 +8,7 @@ from typing import Any, TypeGuard
 from dash import ClientsideFunction, Dash, Input, Output, State, html, no_update
 from dash.exceptions import PreventUpdate
 
-from app.pages import teach, teach_reveal
+from app.pages import teach, teach_reveal, teach_start
 from app.panels.mystery import mystery_flight, shown_marks
 from app.scenes.recording import write_recording
 from core.errors import InputError, MirrorTwinError
@@ -26,7 +26,7 @@ _LEARNER = re.compile(r"[A-Za-z0-9]{16,40}")
 def layout(attempt_id: str | None, classroom: Classroom) -> html.Div:
     """The page at ``/teach``, or that of one mystery flight as it stands."""
     if attempt_id is None:
-        return teach.start_layout()
+        return teach_start.start_layout()
     attempt = classroom.get(attempt_id)
     if attempt.over:
         truth = classroom.truth(attempt_id)
@@ -41,9 +41,9 @@ def register(app: Dash, classroom: Classroom, store: RunStore) -> None:
     _register_marks(app, classroom)
     _register_end(app, classroom, store)
     for name, dependencies in (
-        ("learner", (Output(teach.LEARNER_ID, "data"),
-                     Input(teach.LEARNER_ID, "modified_timestamp"),
-                     State(teach.LEARNER_ID, "data"))),
+        ("learner", (Output(teach_start.LEARNER_ID, "data"),
+                     Input(teach_start.LEARNER_ID, "modified_timestamp"),
+                     State(teach_start.LEARNER_ID, "data"))),
         ("draw", (Output(teach.DRAWN_ID, "data"),
                   Input(teach.FLIGHT_ID, "data"), Input(teach.MARKS_ID, "data"))),
     ):  # fmt: skip
@@ -54,8 +54,8 @@ def register(app: Dash, classroom: Classroom, store: RunStore) -> None:
 
 def _register_start(app: Dash, classroom: Classroom) -> None:
     @app.callback(
-        Output(teach.PAST_ID, "children"),
-        Input(teach.LEARNER_ID, "data"),
+        Output(teach_start.PAST_ID, "children"),
+        Input(teach_start.LEARNER_ID, "data"),
         websocket=True,
         prevent_initial_call=True,
     )
@@ -64,19 +64,19 @@ def _register_start(app: Dash, classroom: Classroom) -> None:
         if not _is_learner(learner):
             raise PreventUpdate
         try:
-            return teach.past_list(await asyncio.to_thread(classroom.attempts, learner))
+            return teach_start.past_list(await asyncio.to_thread(classroom.attempts, learner))
         except MirrorTwinError as error:
             return html.P(str(error), className="teach-error")
 
     @app.callback(
         Output("url", "pathname", allow_duplicate=True),
-        Output(teach.START_ERROR_ID, "children"),
-        Input(teach.START_ID, "n_clicks"),
+        Output(teach_start.START_ERROR_ID, "children"),
+        Input(teach_start.START_ID, "n_clicks"),
         State("mystery-level", "value"),
         State("mystery-set", "value"),
         State("mystery-code", "value"),
-        State(teach.LEARNER_ID, "data"),
-        running=[(Output(teach.START_ID, "loading"), True, False)],
+        State(teach_start.LEARNER_ID, "data"),
+        running=[(Output(teach_start.START_ID, "loading"), True, False)],
         websocket=True,
         prevent_initial_call=True,
     )
