@@ -22,6 +22,7 @@ examples:
   mirrortwin diagnose flight
   mirrortwin diagnose flight --json
   mirrortwin diagnose flight --residual surrogate
+  mirrortwin diagnose flight --conditions field
 
 the JSON holds "top" (a fault id), "probabilities" (id: 0 to 1, all 20) and "evidence" (channels
 that left their mirror, or what the surrogate expected: when, how far, which way).
@@ -36,6 +37,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="compare with the healthy mirror that was flown too (default), or with what a network "
         "that knows healthy flights expects, which needs no mirror",
     )  # fmt: skip
+    parser.add_argument(
+        "--conditions", choices=("lab", "field"),
+        help="ask the model that was trained for these (default: those that run.json tells of, "
+        "else lab)",
+    )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print the diagnosis as JSON")
 
 
@@ -45,7 +51,8 @@ def run(args: argparse.Namespace) -> None:
     plan = read_plan(args.folder)
     from core.diagnosis.predict import load_diagnoser
 
-    diagnosis = load_diagnoser(args.residual).diagnose(pair, plan)
+    conditions = args.conditions or (plan.conditions if plan is not None else "lab")
+    diagnosis = load_diagnoser(args.residual, conditions=conditions).diagnose(pair, plan)
     if plan is not None and plan.conditions != diagnosis.conditions:
         note(
             f"this flight was flown in {plan.conditions} conditions, and {diagnosis.model} has "

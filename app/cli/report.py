@@ -95,13 +95,14 @@ def _exported(args: argparse.Namespace, writer: "Writer") -> "Exported":
 
 
 def _from_folder(folder: Path) -> "_Read":
-    from app.cli.diagnose import read_pair
+    from app.cli.diagnose import read_pair, read_plan
     from core.diagnosis.predict import load_diagnoser
     from core.experiments.provenance import provenance
 
-    pair = read_pair(folder)
+    pair, plan = read_pair(folder), read_plan(folder)
     identity = {"Run": folder.name, "Version": f"MirrorTwin {provenance()['mirrortwin']}"}
-    return identity, pair, load_diagnoser().diagnose(pair)
+    diagnoser = load_diagnoser(conditions="lab" if plan is None else plan.conditions)
+    return identity, pair, diagnoser.diagnose(pair)
 
 
 def _from_store(run_id: str, root: Path | None) -> "_Read":

@@ -11,6 +11,7 @@ from core.diagnosis.features import (
     FeatureMode,
     Inputs,
     Normalisation,
+    baseline,
     n_features,
 )
 from core.diagnosis.scores import Labels
@@ -107,6 +108,9 @@ def _residual_rows(
     folder: Path, run: StoredRun, pair: Pair, mode: FeatureMode, surrogate: Surrogate | None
 ) -> ResidualRows:
     formed = mode.residual
+    if formed is not None and mode.debiased:
+        usual = baseline(mode, pair)  # a stretch begins 30 s before the fault
+        return lambda rows: formed(pair[rows]) - usual
     if formed is not None:
         return lambda rows: formed(pair[rows])
     if surrogate is None:

@@ -5,7 +5,7 @@ shown alone, as in its Table 3.
 """
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal, Self
 
 import numpy as np
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from core.channels import CHANNELS, N_CHANNELS
 from core.residual.window import WINDOW_STEPS
+from core.twin.plan import Conditions
 from core.twin.trajectory import Array, Array32, Pair
 
 N_FEATURES = 2 * N_CHANNELS
@@ -85,7 +86,8 @@ class FeatureMode:
 
     ``residual`` maps any stretch of a flight, (n, 23) channels of it and of its mirror, to (n, 23);
     None where it needs the flight's past, as the surrogate does. ``inputs`` is what the paper
-    shows of this mode. ``scale``, (23,), and ``gain`` are those of `Normalisation`.
+    shows of this mode. ``scale``, (23,), and ``gain`` are those of `Normalisation`. Where it is
+    ``debiased``, the mean over the first 30 s of a recording, `baseline`, is taken off first.
     """
 
     name: str
@@ -94,6 +96,7 @@ class FeatureMode:
     scale: Array
     gain: float
     residual: Callable[[Pair], Array32] | None
+    debiased: bool = False
 
 
 def _differences(pair: Pair) -> Array32:
@@ -133,6 +136,28 @@ FEATURE_MODES: dict[str, FeatureMode] = {
     )
 }  # fmt: skip
 """The two residuals are shown beside the sensors; the other two stand for themselves."""
+
+FIELD_COMPRESSION = 0.5
+"""Where sensors and mirror have noise of their own, there is nothing to see far below it."""
+
+
+def feature_mode(name: str, conditions: Conditions) -> FeatureMode:
+    """The mode of that name as it is formed in those conditions.
+
+    In field no mirror is this very aircraft: its engine and its sensors differ by a little that
+    lasts, which is taken off as the surrogate's is (paper section 4.2).
+    """
+    mode = FEATURE_MODES[name]
+    if name == "paired" and conditions == "field":
+        return replace(mode, scale=FIELD_COMPRESSION * NOISE_SD, gain=SHAPE_GAIN, debiased=True)
+    return mode
+
+
+def baseline(mode: FeatureMode, pair: Pair) -> Array32:
+    """The mean residual of a recording's first 30 s, taken to be healthy, (23,)."""
+    assert mode.residual is not None
+    mean: Array32 = mode.residual(pair[:WINDOW_STEPS]).mean(axis=0)
+    return mean
 
 
 @dataclass(frozen=True, slots=True, eq=False)

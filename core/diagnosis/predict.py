@@ -15,10 +15,11 @@ from core.diagnosis.card import Card, load_model
 from core.diagnosis.diagnosis import Diagnosis, Evidence
 from core.diagnosis.evidence import find_evidence, find_surrogate_evidence
 from core.diagnosis.features import (
-    FEATURE_MODES,
     FeatureMode,
     Inputs,
     Normalisation,
+    baseline,
+    feature_mode,
     n_features,
 )
 from core.diagnosis.networks import NETWORKS
@@ -123,7 +124,7 @@ class Diagnoser:
         inputs: Inputs = card.get("inputs", "both")
         network = NETWORKS[card["classifier"]](n_features(inputs), len(classes))
         network.load_state_dict(weights)
-        mode = FEATURE_MODES[card["feature_mode"]]
+        mode = feature_mode(card["feature_mode"], card["conditions"])
         if mode.residual is not None:
             surrogate = None
         elif surrogate is None or surrogate.fingerprint != card["surrogate"]["fingerprint"]:
@@ -182,19 +183,30 @@ class Diagnoser:
 
 
 class _MirrorReader:
-    """Residuals that a window itself tells."""
+    """Residuals that a window itself tells, but for the baseline of a debiased mode."""
 
     def __init__(self, mode: FeatureMode) -> None:
         assert mode.residual is not None
+        self._mode = mode
         self._residual = mode.residual
+        self._baseline: Array32 | None = None
 
     def push(self, block: Pair) -> None:
-        """Nothing to remember."""
+        """Nothing to remember: the first window is the baseline."""
 
     def window(self, start_row: int, window: Pair) -> Array32:
-        return self._residual(window)
+        residual = self._residual(window)
+        if not self._mode.debiased:
+            return residual
+        if self._baseline is None:
+            self._baseline = baseline(self._mode, window)
+        return residual - self._baseline
 
     def evidence(self, pair: Pair) -> tuple[tuple[Evidence, ...], float | None]:
+        if self._baseline is not None:
+            usual = self._baseline
+            flown = pair.faulted
+            pair = Pair(Trajectory(flown.time_s, flown.states, flown.channels - usual), pair.mirror)
         return find_evidence(pair)
 
 

@@ -11,7 +11,7 @@ import torch
 from core.diagnosis.calibration import Calibration
 from core.diagnosis.card import Card, save_card, save_model
 from core.diagnosis.corpus import Corpus
-from core.diagnosis.features import FEATURE_MODES, FeatureMode, Normalisation
+from core.diagnosis.features import FEATURE_MODES, Normalisation, feature_mode
 from core.diagnosis.predict import Diagnoser
 from core.diagnosis.scores import Labels, scores
 from core.diagnosis.settings import Epoch, TrainingSettings
@@ -53,7 +53,7 @@ def train(
         raise InputError("data", f"{dataset_dir} was flown for other classes than the catalogue's")
     torch.set_num_threads(settings.threads)
     torch.use_deterministic_algorithms(True, warn_only=torch.cuda.is_available())
-    mode = FEATURE_MODES[settings.feature_mode]
+    mode = feature_mode(settings.feature_mode, manifest.spec["conditions"])
     rng = np.random.default_rng([settings.seed, 0x5AFF]) if settings.shuffled else None
 
     def part(split: str) -> Corpus:
@@ -85,7 +85,7 @@ def train(
 def _card(
     settings: TrainingSettings, manifest: Manifest, fit: Fit, normalisation: Normalisation
 ) -> Card:
-    mode: FeatureMode = FEATURE_MODES[settings.feature_mode]
+    mode = FEATURE_MODES[settings.feature_mode]
     return {
         "name": f"{settings.classifier}-{settings.feature_mode}-{manifest.spec['conditions']}",
         "title": mode.title,

@@ -32,7 +32,7 @@ from core.jobs.events import (
 from core.jobs.live import Inbox, LiveFlight
 from core.report.grounded import GroundedReport
 from core.twin.actions import Action, in_order
-from core.twin.plan import DT_S, Plan
+from core.twin.plan import DT_S, Conditions, Plan
 from core.twin.trajectory import Pair
 
 if TYPE_CHECKING:  # it loads torch
@@ -77,10 +77,13 @@ def fly_run(
     model).
     """
     listed = tuple(actions)
-    return replace(_followed(run_id, _blocks(plan, fault, listed), emit), actions=listed)
+    blocks = _blocks(plan, fault, listed)
+    return replace(_followed(run_id, plan.conditions, blocks, emit), actions=listed)
 
 
-def _followed(run_id: str, flight: Iterator[tuple[Pair, float]], emit: Emit) -> RunResult:
+def _followed(
+    run_id: str, conditions: Conditions, flight: Iterator[tuple[Pair, float]], emit: Emit
+) -> RunResult:
     """What a flight comes to that goes on as it likes: blocks, and the share of it flown."""
     # Here and not above: the server imports this module too, and has no use for torch or JSBSim.
     from core.diagnosis.predict import load_diagnoser
@@ -88,7 +91,7 @@ def _followed(run_id: str, flight: Iterator[tuple[Pair, float]], emit: Emit) -> 
     from core.report.grounded import grounded_template
 
     emit(Progress(run_id, "flying", 0.0))
-    stream = load_diagnoser().stream()
+    stream = load_diagnoser(conditions=conditions).stream()
     blocks: list[Pair] = []
     for block, progress in flight:
         blocks.append(block)
@@ -167,7 +170,7 @@ def live_task(key: str, run_id: str, plan: Plan, fault: Fault) -> RunResult | Fa
             flight = LiveFlight(
                 plan, fault, inbox, lambda done: line.emit(Acted(run_id, done)), line.stay
             )
-            result = _followed(run_id, flight.blocks(), line.emit)
+            result = _followed(run_id, plan.conditions, flight.blocks(), line.emit)
             return replace(result, actions=in_order(flight.actions, plan))
 
     secede()
@@ -190,7 +193,7 @@ def diagnose_task(pair: Pair, plan: Plan, residual: "Residual") -> Diagnosis | F
     from core.diagnosis.predict import load_diagnoser
 
     try:
-        return load_diagnoser(residual).diagnose(pair, plan)
+        return load_diagnoser(residual, conditions=plan.conditions).diagnose(pair, plan)
     except MirrorTwinError as error:
         return Failed("", str(error), retryable=False)
 

@@ -29,10 +29,14 @@ def test_the_surrogate_needs_no_mirror_and_not_what_was_injected(mirrortwin, tmp
     assert "plan: the surrogate has to know what was commanded" in blind.stderr
 
 
-def test_a_model_of_other_conditions_says_so(mirrortwin):
+def test_a_flight_is_diagnosed_by_the_model_of_its_conditions_unless_told_otherwise(mirrortwin):
     short = ("--duration", "60", "--conditions", "field", "--out", "OUT")
     assert mirrortwin("simulate", *FAULT, *short).returncode == 0
     told = mirrortwin("diagnose", "OUT")
+    assert told.returncode == 0, told.stderr
+    assert "cnn-paired-field, trained for field conditions" in told.stdout
+    assert "its scores do not hold here" not in told.stderr
+    told = mirrortwin("diagnose", "OUT", "--conditions", "lab")
     assert told.returncode == 0, told.stderr
     assert "cnn-paired-lab, trained for lab conditions" in told.stdout
     assert "flown in field conditions" in told.stderr

@@ -13,6 +13,8 @@ from core.diagnosis.features import (
     MIRROR_SHAPE_GAIN,
     POOL_STEPS,
     Normalisation,
+    baseline,
+    feature_mode,
     pooled,
 )
 
@@ -127,3 +129,14 @@ def test_differences_are_those_of_neighbouring_readings(make_pair):
     np.testing.assert_array_equal(found[1:], np.diff(channels, axis=0))
     assert not found[0].any()
     assert not FEATURE_MODES["raw"].residual(pair).any()
+
+
+def test_only_the_field_s_mirror_is_debiased(make_pair):
+    pair = make_pair(35.0, ("E1 CHT1", 4.0, 0.0, 35.0))
+    assert not feature_mode("paired", "lab").debiased
+    assert feature_mode("surrogate", "field") is FEATURE_MODES["surrogate"]
+    mode = feature_mode("paired", "field")
+    assert mode.debiased
+    found = baseline(mode, pair)
+    assert found[CHANNEL_INDEX["E1 CHT1"]] == pytest.approx(4.0, abs=1e-3)
+    assert np.count_nonzero(found) == 1

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from core.diagnosis.card import load_model, readable_json, save_model
+from core.diagnosis.features import feature_mode
 from core.diagnosis.predict import Diagnoser, load_diagnoser, verdict
 from core.errors import InputError, MirrorTwinError
 from core.twin.trajectory import Pair
@@ -160,3 +161,16 @@ def test_a_diagnoser_is_loaded_once(stored):
     folder, _ = stored
     first: Diagnoser = load_diagnoser("paired", folder)
     assert load_diagnoser("paired", folder) is first
+
+
+def test_in_field_what_lasts_from_the_beginning_is_no_fault(untrained, make_pair):
+    """A sensor that reads 6 degF high all along is no residual and no evidence."""
+    in_field = replace(untrained, mode=feature_mode("paired", "field"), conditions="field")
+    falls = ("E1 EGT2", -40.0, 40.0, 60.0)
+    sound = make_pair(60.0, falls)
+    high = make_pair(60.0, falls, ("E1 CHT1", 6.0, 0.0, 60.0))
+    found = [in_field.stream(), in_field.stream()]
+    for stream, pair in zip(found, (sound, high), strict=True):
+        stream.push(pair)
+        assert {item.channel for item in stream.finish().evidence} == {"E1 EGT2"}
+    assert [item.channel for item in untrained.diagnose(high).evidence] != ["E1 EGT2"]

@@ -8,29 +8,32 @@ from core.diagnosis.predict import load_diagnoser
 from core.fmea.catalogue import class_ids
 from core.paths import MODELS
 
-RESIDUALS = ("paired", "surrogate")
-PARTS = {
-    "paired": ("validation_windows", "test_windows", "test_runs"),
-    "surrogate": ("validation_windows", "test_windows"),
-}
+PARTS = ("validation_windows", "test_windows", "test_runs")
 
 
-@pytest.fixture(scope="module", params=RESIDUALS)
+@pytest.fixture(scope="module", params=["paired", "surrogate"])
 def residual(request):
     """Each of the two residuals that the product offers."""
     return request.param
 
 
+@pytest.fixture(scope="module", params=["lab", "field"])
+def conditions(request):
+    """Each of the conditions that it is trained for."""
+    return request.param
+
+
 @pytest.fixture(scope="module")
-def shipped_card(residual):
+def shipped_card(residual, conditions):
     """The card of that classifier."""
-    return load_model(MODELS, f"cnn-{residual}-lab")[0]
+    return load_model(MODELS, f"cnn-{residual}-{conditions}")[0]
 
 
-def test_it_loads_for_the_catalogue_of_today(residual):
-    diagnoser = load_diagnoser(residual)
+def test_it_loads_for_the_catalogue_of_today(residual, conditions):
+    diagnoser = load_diagnoser(residual, conditions=conditions)
     assert diagnoser.classes == class_ids()
-    assert (diagnoser.name, diagnoser.conditions) == (f"cnn-{residual}-lab", "lab")
+    assert diagnoser.name == f"cnn-{residual}-{conditions}"
+    assert diagnoser.conditions == conditions
     assert diagnoser.calibration.temperature > 0.0
     assert np.isfinite(diagnoser.calibration.threshold)
 
@@ -43,8 +46,8 @@ def test_no_seed_is_shared_between_the_parts(shipped_card):
     assert len(seeds["test"]) == pytest.approx(0.3 * len(everything))
 
 
-def test_scores_follow_from_the_confusion_matrices(residual, shipped_card):
-    for part in PARTS[residual]:
+def test_scores_follow_from_the_confusion_matrices(shipped_card):
+    for part in PARTS:
         _follows(shipped_card["scores"][part], shipped_card["classes"])
 
 
@@ -59,8 +62,7 @@ def _follows(scores, classes):
     assert scores["macro_f1"] == pytest.approx(f1.mean())
 
 
-def test_every_test_run_was_scored_once():
-    shipped_card, _ = load_model(MODELS, "cnn-paired-lab")
+def test_every_test_run_was_scored_once(shipped_card):
     confusion = np.array(shipped_card["scores"]["test_runs"]["confusion"])
     n_test = len(shipped_card["data"]["seeds"]["test"])
     assert confusion.sum(axis=1).tolist() == [n_test / 20] * 20
@@ -79,8 +81,20 @@ def test_calibration_was_measured_on_test_windows(shipped_card):
     assert error["before"] >= 0.0
 
 
-def test_the_surrogate_has_its_own_healthy_flights(shipped_card):
-    card, _ = load_model(MODELS, "gru-lab")
+def test_the_mistakes_are_those_of_the_confusion_matrix(shipped_card):
+    scores = shipped_card["scores"]["test_windows"]
+    confusion = np.array(scores["confusion"])
+    counted = np.zeros_like(confusion)
+    classes = shipped_card["classes"]
+    for mistake in scores["mistakes"]:
+        place = classes.index(mistake["true"]), classes.index(mistake["predicted"])
+        counted[place] += mistake["windows"]
+        assert mistake["seed"] in shipped_card["data"]["seeds"]["test"]
+    np.testing.assert_array_equal(counted, confusion - np.diag(np.diag(confusion)))
+
+
+def test_the_surrogate_has_its_own_healthy_flights(shipped_card, conditions):
+    card, _ = load_model(MODELS, f"gru-{conditions}")
     learnt = set().union(*map(set, shipped_card["data"]["seeds"].values()))
     for first, last in card["data"]["seeds"].values():
         assert learnt.isdisjoint(range(first, last + 1))
