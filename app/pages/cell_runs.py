@@ -105,9 +105,10 @@ def register(app: Dash, engine: Engine, store: RunStore, recorder: Recorder) -> 
 
 def flights(card: Card, true: str, said: str, records: Sequence[RunRecord]) -> list[Any]:
     """The flights behind a cell: those that the card names, else all of the class injected."""
-    row = card["scores"]["test_windows"]["confusion"][card["classes"].index(true)]
+    scores = card["scores"]["test_windows"]
+    row = scores["confusion"][card["classes"].index(true)]
     count = row[card["classes"].index(said)]
-    told = card["scores"].get("confused_runs")
+    told = scores.get("mistakes")
     try:
         runs = [run for run in _test_runs(card) if run.fault.mode == true]
     except MirrorTwinError as error:
@@ -120,10 +121,9 @@ def flights(card: Card, true: str, said: str, records: Sequence[RunRecord]) -> l
         runs = [run for run in runs if run.plan.seed in seeds]
         whose = f"{count} of {sum(row)} windows, in {len(runs)} of the test flights."
     else:
-        whose = (
-            f"{count} of {sum(row)} windows, cut from these {len(runs)} test flights. The card "
-            "does not say which: open one to see what its windows are taken for."
-        )
+        whose = f"{count} of {sum(row)} windows, cut from these {len(runs)} test flights."
+        if told is None and true != said:
+            whose += " The card does not say which: open one to see what it is taken for."
     return [
         html.H3(head, className="chart-title"),
         html.P(whose, className="note"),

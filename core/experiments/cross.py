@@ -25,6 +25,7 @@ from core.experiments.archive import read_manifest
 from core.experiments.drawing import BLUE, ORANGE, axis, finish
 from core.experiments.results import Progress, Result
 from core.fmea.catalogue import class_ids
+from core.residual.window import WINDOW_STEPS
 from core.twin.plan import Conditions
 
 CONDITIONS: tuple[Conditions, ...] = ("lab", "field")
@@ -112,7 +113,12 @@ def _by_channel(
 ) -> list[Told]:
     """For each channel, the score in field when that channel alone reads as in lab."""
     lab, field = corpora["lab"], corpora["field"]
-    lab.scored = field.scored  # the same stretches of the same flights
+    # The same stretches of the same flights, as far as both data sets have kept them.
+    lab.scored = field.scored = [
+        window
+        for window in field.scored
+        if window.start_row + WINDOW_STEPS <= lab.stretches[window.run].n_rows
+    ]
     as_flown, as_in_lab = _features(field, diagnoser), _features(lab, diagnoser)
     truth = field.truth()
 

@@ -30,18 +30,24 @@ def test_a_cell_lists_the_very_flights_that_the_card_was_scored_on(card: Any) ->
     wanted = [
         run for run in planned_runs(spec) if run.split == "test" and run.fault.mode == "baffle_plug"
     ]
-    text = told(card, "baffle_plug", "baffle_crack", [])
+    text = told(card, "baffle_plug", "baffle_plug", [])
     assert text.count('"Fly it"') == len(wanted) > 0
     assert all(f"seed {run.plan.seed}" in text for run in wanted)
     assert not {run.plan.seed for run in wanted} & set(card["data"]["seeds"]["train"])
-    assert "The card does not say which" in text
+    older = with_mistakes(card, None)
+    assert "The card does not say which" in told(older, "baffle_plug", "baffle_crack", [])
+
+
+def with_mistakes(card: Any, mistakes: Any) -> Any:
+    """The card, its mistakes others than they were."""
+    windows = {**card["scores"]["test_windows"], "mistakes": mistakes}
+    return {**card, "scores": {**card["scores"], "test_windows": windows}}
 
 
 def test_where_the_card_names_them_only_those_are_listed(card: Any) -> None:
     run = next(run for run in cell_runs._test_runs(card) if run.fault.mode == "baffle_plug")
     item = {"true": "baffle_plug", "predicted": "baffle_crack", "seed": run.plan.seed}
-    naming = {**card, "scores": {**card["scores"], "confused_runs": [item]}}
-    text = told(naming, "baffle_plug", "baffle_crack", [])
+    text = told(with_mistakes(card, [item]), "baffle_plug", "baffle_crack", [])
     assert text.count('"Fly it"') == 1
     assert "in 1 of the test flights" in text
 
