@@ -58,7 +58,7 @@ def test_a_flight_that_is_stored_is_opened_and_not_flown_again(card: Any) -> Non
         "20261123T061500-k3x9q2wz", "2026-11-23T06:15:00+00:00", "done", run.plan, run.fault,
         top="baffle_crack", top_probability=0.5,
     )  # fmt: skip
-    text = told(card, "nominal", "baffle_crack", [record])
+    text = told(card, "nominal", "nominal", [record])
     assert f"/run/{record.id}" in text and "Open: Baffle crack" in text
-    text = told(card, "nominal", "baffle_crack", [replace(record, status="failed")])
+    text = told(card, "nominal", "nominal", [replace(record, status="failed")])
     assert record.id not in text
