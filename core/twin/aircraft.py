@@ -38,7 +38,7 @@ Array = NDArray[np.float64]
 STEPS_PER_TICK = round(TICK_S / DT_S)
 
 _FPS_TO_FPM = 60.0
-_FPS_PER_KT = 1.68781
+_M_PER_S_PER_KT = 1852.0 / 3600.0
 _LB_PER_GAL = 6.02
 _ENGINE = "propulsion/engine/"
 
@@ -119,6 +119,22 @@ def _load() -> jsbsim.FGFDMExec:
     return executive
 
 
+def _drift(weather: Weather) -> Array | None:
+    """What a steady wind adds to the states each step, (states,); None in calm.
+
+    JSBSim forgets its wind when it begins a flight, and cannot trim in one. A steady wind carries
+    the air as a whole: all that an aircraft feels is as in calm, only its way over ground is not.
+    """
+    if not weather.wind_kt:
+        return None
+    toward_rad = np.deg2rad(weather.wind_from_deg + 180.0)
+    step_m = weather.wind_kt * _M_PER_S_PER_KT * DT_S
+    drift = np.zeros(len(STATE_NAMES))
+    drift[STATE_INDEX["north_m"]] = step_m * np.cos(toward_rad)
+    drift[STATE_INDEX["east_m"]] = step_m * np.sin(toward_rad)
+    return drift
+
+
 class Aircraft:
     """One flight in progress, trimmed level at the plan's altitude, speed and heading."""
 
@@ -127,6 +143,8 @@ class Aircraft:
         self._executive = _load()
         self._manager = self._executive.get_property_manager()
         self._set_air(setting.weather, plan.seed)
+        self._drift = _drift(setting.weather)
+        self._flown = 0
         self._trim(plan, FUEL_LB[setting.conditions])
         self._executive["ap/by-hand"] = float(setting.is_field)
         self._stir(setting.weather)
@@ -154,12 +172,8 @@ class Aircraft:
         return node
 
     def _set_air(self, weather: Weather, seed: int) -> None:
-        executive = self._executive
-        executive["atmosphere/delta-T"] = weather.isa_deviation_degc * 1.8
-        toward_rad = float(np.deg2rad(weather.wind_from_deg + 180.0))
-        executive["atmosphere/wind-north-fps"] = weather.wind_kt * _FPS_PER_KT * np.cos(toward_rad)
-        executive["atmosphere/wind-east-fps"] = weather.wind_kt * _FPS_PER_KT * np.sin(toward_rad)
-        executive["atmosphere/randomseed"] = seed
+        self._executive["atmosphere/delta-T"] = weather.isa_deviation_degc * 1.8
+        self._executive["atmosphere/randomseed"] = seed
 
     def _trim(self, plan: Plan, fuel_lb_range: tuple[float, float]) -> None:
         executive = self._executive
@@ -227,6 +241,9 @@ class Aircraft:
             run()
         states: Array = np.frombuffer(raw).reshape(n_steps, len(reads)) * _SCALE
         states += _OFFSET
+        if self._drift is not None:
+            states += (self._flown + np.arange(n_steps))[:, None] * self._drift
+        self._flown += n_steps
         return states
 
     def told(self, leg: Leg, tick: int) -> None:

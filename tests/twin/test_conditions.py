@@ -1,5 +1,7 @@
 """Field conditions: what the mirror does not know shows, and what it should know does not."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,7 +13,7 @@ from core.twin.constants import CRUISE_AIR_FUEL_RATIO, CRUISE_MIXTURE
 from core.twin.events import flight_events
 from core.twin.flight import PairFlight, fly, fly_pair
 from core.twin.plan import Leg, Plan, Weather
-from core.twin.trajectory import Trajectory
+from core.twin.trajectory import STATE_INDEX, Trajectory
 
 NOMINAL = Fault("nominal")
 SMOOTH = Weather(isa_deviation_degc=8.0, wind_kt=12.0, wind_from_deg=240.0, turbulence=1.0)
@@ -158,3 +160,14 @@ def test_field_blocks_of_any_size_give_the_same_bytes() -> None:
         ([block.mirror for block in blocks], whole.mirror),
     ):
         assert Trajectory.joined(cut).channels.tobytes() == joined.channels.tobytes()
+
+
+def test_a_steady_wind_carries_the_aircraft_and_nothing_else():
+    calm = Plan(altitude_ft=5000.0, speed_kt=100.0, heading_deg=0.0, duration_s=60.0)
+    windy = replace(calm, weather=Weather(wind_kt=30.0, wind_from_deg=90.0))
+    still, blown = fly(calm), fly(windy)
+    np.testing.assert_array_equal(blown.channels, still.channels)
+    east, north = (STATE_INDEX[name] for name in ("east_m", "north_m"))
+    drift_m = blown.states[:, east] - still.states[:, east]
+    assert drift_m == pytest.approx(-30.0 * 1852.0 / 3600.0 * still.time_s, abs=1e-6)
+    assert blown.states[:, north] == pytest.approx(still.states[:, north], abs=1e-6)
