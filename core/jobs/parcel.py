@@ -152,7 +152,7 @@ def _opened(path: Path) -> Iterator[zipfile.ZipFile]:
             with zipfile.ZipFile(file) as parcel:
                 _check_entries(parcel.infolist())
                 yield parcel
-    except (zipfile.BadZipFile, zlib.error) as error:
+    except (zipfile.BadZipFile, zlib.error, UnicodeDecodeError) as error:
         raise InputError(_FIELD, f"is damaged: {error}") from None
     except (NotImplementedError, RuntimeError, EOFError) as error:
         raise InputError(_FIELD, f"cannot be unpacked: {error}") from None
