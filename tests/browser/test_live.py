@@ -8,6 +8,7 @@ import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
 from core.jobs.files import read_json
+from core.jobs.records import RunRecord
 from core.jobs.store import RunStore
 from core.twin.actions import Repair, SetFault, SetTarget
 from core.twin.flight import fly_pair
@@ -30,6 +31,16 @@ def wait_for(page: Page, status: str) -> None:
 
 def flown(page: Page) -> str:
     return page.locator("#stage").inner_text()
+
+
+def finished(store: RunStore, page: Page) -> RunRecord:
+    """The run at the page's address once it is stored: the page may still show the one before."""
+    run_id = page.url.rsplit("/", 1)[1]
+    for _ in range(300):
+        if store.get(run_id).finished:
+            break
+        page.wait_for_timeout(100)
+    return store.get(run_id)
 
 
 def test_a_live_flight_is_broken_steered_and_mended_on_its_way(
@@ -107,7 +118,7 @@ def test_a_live_flight_is_broken_steered_and_mended_on_its_way(
     other.locator("#again").click()
     other.wait_for_url(lambda url: not url.endswith(run_id))
     wait_for(other, "done")
-    again = store.get(other.url.rsplit("/", 1)[1])
+    again = finished(store, other)
     assert again.actions == record.actions
     assert store.load_pair(again.id).residual.tobytes() == pair.residual.tobytes()
     store.close()
