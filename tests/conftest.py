@@ -5,15 +5,18 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 import urllib.error
 import urllib.request
 from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NoReturn
 
 import pytest
+import uvicorn
 from playwright.sync_api import Page
 
 COMMAND = str(Path(sys.executable).with_name("mirrortwin"))
@@ -125,6 +128,31 @@ def start_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[
     yield start
     for running in started:
         running.stop()
+
+
+@contextmanager
+def _served(build: Callable[[int], Any], **config: Any) -> Iterator[str]:
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        port = listener.getsockname()[1]
+        running = uvicorn.Server(uvicorn.Config(build(port), log_level="error", **config))
+        thread = threading.Thread(target=running.run, kwargs={"sockets": [listener]})
+        thread.start()
+        while not running.started:
+            time.sleep(0.01)
+        try:
+            yield f"http://127.0.0.1:{port}"
+        finally:
+            running.should_exit = True
+            thread.join()
+
+
+@pytest.fixture(scope="session")
+def serve_app() -> Callable[..., AbstractContextManager[str]]:
+    """What ``build(port)`` makes, served in a thread while a ``with`` lasts; its value is the URL.
+
+    For tests that need its parts at hand; what else is given goes to uvicorn's configuration.
+    """
+    return _served
 
 
 @pytest.fixture(scope="session")

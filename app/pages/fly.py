@@ -1,6 +1,5 @@
 """The page *Fly*: what stands where. `run_view` fills it, `callbacks` wires it."""
 
-from itertools import groupby
 from typing import Any
 from urllib.parse import urlencode
 
@@ -9,6 +8,7 @@ import numpy as np
 from dash import dcc, html
 
 from app.pages.attributes import attributes
+from app.pages.channel_panels import channel_panels
 from app.pages.cursor_tools import cursor_tools
 from app.pages.live_controls import ACTIONS_ID, live_bar
 from app.pages.playback import playback_bar
@@ -20,7 +20,7 @@ from app.panels.probabilities import probability_figure
 from app.panels.residuals import heat_strip
 from app.panels.sensors import cleared, tile_specs
 from app.panels.terms import term
-from core.channels import CHANNELS, N_CHANNELS, Channel, unit_label
+from core.channels import N_CHANNELS, Channel, unit_label
 from core.fmea.catalogue import catalogue
 from core.fmea.fault import Fault
 
@@ -29,8 +29,6 @@ GRAPH_CONFIG: Any = {"displayModeBar": False, "doubleClick": "reset+autosize"}
 PROBABILITIES_ID = "probabilities"
 STRIP_ID = "residual-strip"
 RESIDUAL_SWITCH_ID = "residual-switch"
-
-SUBSYSTEM_ORDER = ("engine", "fuel", "oil", "electrical", "flight")
 
 RANKING_HINT = (
     "The classifier reads the last 30 s of residuals every 5 s. Its first answer comes half a "
@@ -57,7 +55,10 @@ def layout(fault: Fault = DEFAULT_FAULT) -> html.Div:
             html.Div(_scene_panel(), className="area-scene"),
             html.Div([_diagnosis_panel(), report_panel()], className="area-verdict"),
             html.Div(
-                html.Div([engine_view(), *_channel_panels()], className="charts"),
+                html.Div(
+                    [engine_view(), *channel_panels(_tile, "sensors and residuals")],
+                    className="charts",
+                ),
                 className="area-charts",
             ),
             dcc.Store(id="tile-specs", data=tile_specs()),
@@ -237,27 +238,6 @@ def _diagnosis_panel() -> html.Section:
         className="panel",
         **attributes(aria_label="Diagnosis"),
     )
-
-
-def _channel_panels() -> list[html.Section]:
-    """The 23 tiles, grouped by subsystem."""
-    numbered = sorted(
-        enumerate(CHANNELS), key=lambda item: SUBSYSTEM_ORDER.index(item[1].subsystem)
-    )
-    return [
-        html.Section(
-            [
-                html.H2(subsystem.capitalize(), className="panel-title"),
-                html.Div(
-                    [_tile(index, channel) for index, channel in group],
-                    className=f"tiles tiles-{subsystem}",
-                ),
-            ],
-            className=f"panel panel-{subsystem}",
-            **attributes(aria_label=f"{subsystem.capitalize()} sensors and residuals"),
-        )
-        for subsystem, group in groupby(numbered, key=lambda item: item[1].subsystem)
-    ]
 
 
 def _tile(index: int, channel: Channel) -> html.Figure:

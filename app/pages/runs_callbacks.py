@@ -118,12 +118,16 @@ def _rows(store: RunStore, run_ids: Sequence[str]) -> list[runs.Row]:
 
 
 def _register_bin(app: Dash, store: RunStore) -> None:
-    @app.callback(
+    changed = (
         Output(runs.GRID_ID, "rowTransaction", allow_duplicate=True),
         Output(runs.NOTICE_ID, "children", allow_duplicate=True),
         Output(runs.GONE_ID, "data", allow_duplicate=True),
         Output(runs.UNDO_ID, "style", allow_duplicate=True),
         Output(runs.PROBLEM_ID, "children", allow_duplicate=True),
+    )
+
+    @app.callback(
+        *changed,
         Output(runs.GRID_ID, "selectedRows"),
         Input(runs.DELETE_ID, "n_clicks"),
         State(runs.GRID_ID, "selectedRows"),
@@ -143,11 +147,7 @@ def _register_bin(app: Dash, store: RunStore) -> None:
         return {"remove": gone}, runs.gone_words(len(run_ids)), run_ids, SHOWN, "", []
 
     @app.callback(
-        Output(runs.GRID_ID, "rowTransaction", allow_duplicate=True),
-        Output(runs.NOTICE_ID, "children", allow_duplicate=True),
-        Output(runs.GONE_ID, "data", allow_duplicate=True),
-        Output(runs.UNDO_ID, "style", allow_duplicate=True),
-        Output(runs.PROBLEM_ID, "children", allow_duplicate=True),
+        *changed,
         Input(runs.UNDO_ID, "n_clicks"),
         State(runs.GONE_ID, "data"),
         websocket=True,

@@ -5,19 +5,18 @@ What a page shows of an open flight comes from `core.teach.attempt.Attempt` and 
 """
 
 from collections.abc import Sequence
-from itertools import groupby
 from typing import Any
 
 import dash_mantine_components as dmc
 from dash import dcc, html
 
 from app.pages.attributes import attributes
-from app.pages.fly import SUBSYSTEM_ORDER
+from app.pages.channel_panels import channel_panels
 from app.pages.words import mode_name
 from app.panels.axes import clock
 from app.panels.mystery import mark_words, shown_marks
 from app.panels.terms import term
-from core.channels import CHANNELS, Channel, unit_label
+from core.channels import Channel, unit_label
 from core.teach.attempt import Attempt
 from core.teach.scoring import RULES, Mark
 
@@ -58,7 +57,7 @@ def attempt_layout(
                 ],
                 className="mystery-side",
             ),
-            html.Div(channel_panels(), className="mystery-charts"),
+            html.Div(charts(), className="mystery-charts"),
             *stores(attempt, flight),
             dcc.Store(id=MARK_ID, data=None),
         ],
@@ -107,26 +106,9 @@ def evidence_list(marks: Sequence[Mark]) -> html.Ul | html.P:
     )
 
 
-def channel_panels() -> html.Div:
+def charts() -> html.Div:
     """The 23 charts, grouped by subsystem; each is a slider over the flight's time."""
-    numbered = sorted(
-        enumerate(CHANNELS), key=lambda item: SUBSYSTEM_ORDER.index(item[1].subsystem)
-    )
-    panels = [
-        html.Section(
-            [
-                html.H2(subsystem.capitalize(), className="panel-title"),
-                html.Div(
-                    [_chart(index, channel) for index, channel in group],
-                    className=f"tiles tiles-{subsystem}",
-                ),
-            ],
-            className=f"panel panel-{subsystem}",
-            **attributes(aria_label=f"{subsystem.capitalize()} sensors"),
-        )
-        for subsystem, group in groupby(numbered, key=lambda item: item[1].subsystem)
-    ]
-    return html.Div(panels, className="charts")
+    return html.Div(channel_panels(_chart, "sensors"), className="charts")
 
 
 def _head(attempt: Attempt, altitude_ft: float, speed_kt: float) -> html.Section:

@@ -8,7 +8,7 @@ from app.pages.attributes import attributes
 from app.pages.faults import fault_path
 from app.pages.setup import takes_cylinder
 from app.pages.shell import run_path
-from app.pages.teach import channel_panels, stores
+from app.pages.teach import charts, stores
 from app.pages.words import mode_name, percent
 from app.panels.axes import clock
 from app.panels.mystery import DIRECTION_WORDS
@@ -43,7 +43,7 @@ def reveal_layout(attempt: Attempt, truth: Truth, flight: dict[str, Any]) -> htm
                 ],
                 className="reveal",
             ),
-            html.Div(channel_panels(), className="mystery-charts"),
+            html.Div(charts(), className="mystery-charts"),
             *stores(attempt, flight),
         ],
         id="mystery",

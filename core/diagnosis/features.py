@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from core.channels import CHANNELS, N_CHANNELS
 from core.residual.window import WINDOW_STEPS
-from core.twin.plan import Conditions
+from core.twin.plan import DT_S, Conditions
 from core.twin.trajectory import Array, Array32, Pair
 
 N_FEATURES = 2 * N_CHANNELS
@@ -43,11 +43,10 @@ they also leave a tenth of the multiplications. The window stays the paper's 1,5
 """
 
 WINDOW_POOLED = WINDOW_STEPS // POOL_STEPS
+POOLED_A_SECOND = round(1.0 / (POOL_STEPS * DT_S))
 
 QUARTILES_PER_SD = 1.349
 """How many standard deviations lie between the quartiles of a normal distribution."""
-QUARTILE_STRIDE = 5
-"""One step a second is enough to find the quartiles."""
 
 NOISE_SD = np.array([channel.noise_sd for channel in CHANNELS])
 
@@ -188,7 +187,7 @@ class Normalisation:
             steps = pooled(residual)
             count += len(steps)
             squares += np.square(np.arcsinh(steps / mode.scale)).sum(axis=0)
-            seen.append(pooled(sensors)[::QUARTILE_STRIDE])
+            seen.append(pooled(sensors)[::POOLED_A_SECOND])  # enough to find quartiles
         low, middle, high = np.percentile(np.concatenate(seen), (25, 50, 75), axis=0)
         return cls(
             residual_scale=mode.scale,

@@ -11,12 +11,12 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 from sklearn.svm import SVC
 
+from core.diagnosis.features import POOLED_A_SECOND
 from core.diagnosis.scores import Labels
 
 STATISTICS = ("mean", "standard deviation", "least", "greatest", "first second", "last second")
 """Of each channel over the window; differences of the last two tell which way it went."""
 
-EDGE_STEPS = 5
 FLOOR = 1e-6
 
 
@@ -37,8 +37,8 @@ def statistics(windows: NDArray[np.float32]) -> NDArray[np.float32]:
         windows.std(axis=2),
         windows.min(axis=2),
         windows.max(axis=2),
-        windows[:, :, :EDGE_STEPS].mean(axis=2),
-        windows[:, :, -EDGE_STEPS:].mean(axis=2),
+        windows[:, :, :POOLED_A_SECOND].mean(axis=2),
+        windows[:, :, -POOLED_A_SECOND:].mean(axis=2),
     )
     return np.concatenate(found, axis=1)
 

@@ -122,10 +122,10 @@ def _score(card: Card, fit: Fit, validation: Corpus, test: Corpus) -> None:
         ("validation_windows", validation, known),
         ("test_windows", test, found),
     ):
-        truth = corpus.truth()
-        card["scores"][name] = scores(truth, logits.argmax(axis=1), classes) | {
+        truth, answer = corpus.truth(), logits.argmax(axis=1)
+        card["scores"][name] = scores(truth, answer, classes) | {
             "calibration": calibration.report(logits, truth),
-            "mistakes": mistakes(corpus, logits.argmax(axis=1)),
+            "mistakes": mistakes(corpus, answer),
         }
 
 

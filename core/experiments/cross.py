@@ -22,15 +22,14 @@ from core.diagnosis.predict import Diagnoser, Residual, load_diagnoser
 from core.diagnosis.scores import macro_f1, scores
 from core.errors import InputError
 from core.experiments.archive import read_manifest
-from core.experiments.drawing import BLUE, ORANGE, axis, finish
+from core.experiments.drawing import RESIDUAL_COLOURS, axis, finish
+from core.experiments.fresh import RESIDUALS
 from core.experiments.results import Progress, Result
 from core.fmea.catalogue import class_ids
 from core.residual.window import WINDOW_STEPS
 from core.twin.plan import Conditions
 
 CONDITIONS: tuple[Conditions, ...] = ("lab", "field")
-RESIDUALS: tuple[Residual, ...] = ("paired", "surrogate")
-COLOURS = {"paired": BLUE, "surrogate": ORANGE}
 BATCH = 64
 QUICK_RUNS = 40
 
@@ -175,7 +174,7 @@ def _told_by_lab(told: Told, residual: str) -> bool:
 def _figure(channels: list[Told]) -> go.Figure:
     """What each channel wins back, of the models trained in lab."""
     figure = go.Figure()
-    for residual, colour in COLOURS.items():
+    for residual, colour in RESIDUAL_COLOURS.items():
         chosen = [each for each in channels if _told_by_lab(each, residual)]
         figure.add_bar(
             y=[each["channel"] for each in chosen], x=[each["gain"] for each in chosen],

@@ -14,7 +14,7 @@ import plotly.graph_objects as go
 from core.diagnosis.diagnosis import Diagnosis
 from core.diagnosis.naming import named_at
 from core.diagnosis.scores import scores
-from core.experiments.drawing import BLUE, ORANGE, axis, finish
+from core.experiments.drawing import RESIDUAL_COLOURS, axis, finish
 from core.experiments.fresh import FIRST_SEED, ONSET_S, SEVERITIES, fresh_runs, shipped
 from core.experiments.results import Progress, Result
 from core.fmea.catalogue import class_ids
@@ -22,7 +22,6 @@ from core.twin.flight import fly_pair
 
 REPEATS, QUICK_REPEATS = 3, 1
 QUICK_SEVERITIES = (0.6,)
-_COLOURS = {"paired": BLUE, "surrogate": ORANGE}
 
 Told = dict[str, Any]
 
@@ -123,7 +122,7 @@ def _figure(by_mode: dict[str, dict[str, Told]]) -> go.Figure:
     for residual, modes in by_mode.items():
         figure.add_bar(
             y=list(modes), x=[each["median_delay_s"] for each in modes.values()],
-            name=residual, orientation="h", marker_color=_COLOURS[residual],
+            name=residual, orientation="h", marker_color=RESIDUAL_COLOURS[residual],
         )  # fmt: skip
     figure.update_xaxes(axis("Seconds from onset to a lasting right answer (median)"))
     figure.update_yaxes(axis(autorange="reversed", showgrid=False))

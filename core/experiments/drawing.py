@@ -21,6 +21,7 @@ BLACK, ORANGE, SKY, GREEN, BLUE, VERMILION, PURPLE = (
     "#000000", "#E69F00", "#56B4E9", "#009E73", "#0072B2", "#D55E00", "#CC79A7",
 )  # fmt: skip
 GREY = "#8C8C8C"
+RESIDUAL_COLOURS = {"paired": BLUE, "surrogate": ORANGE}
 INK, GRID = "#222222", "#E4E4E4"
 
 FONT = {"family": "Arial, 'Liberation Sans', 'DejaVu Sans', sans-serif", "size": 13, "color": INK}

@@ -16,7 +16,7 @@ from sklearn.metrics import roc_auc_score
 from core.channels import CHANNEL_INDEX
 from core.diagnosis.diagnosis import Diagnosis
 from core.diagnosis.predict import Diagnoser, Residual
-from core.experiments.drawing import BLUE, ORANGE, axis, finish
+from core.experiments.drawing import RESIDUAL_COLOURS, axis, finish
 from core.experiments.fresh import DURATION_S, FIRST_SEED, ONSET_S, fresh_runs, shipped
 from core.experiments.results import Progress, Result
 from core.fmea.fault import Fault
@@ -164,7 +164,7 @@ def _line(row: dict[str, Any]) -> str:
 def _figure(rows: list[dict[str, Any]]) -> go.Figure:
     """The share that was refused, by group."""
     figure = go.Figure()
-    for residual, colour in (("paired", BLUE), ("surrogate", ORANGE)):
+    for residual, colour in RESIDUAL_COLOURS.items():
         chosen = [row for row in rows if row["residual"] == residual]
         if chosen:
             figure.add_bar(

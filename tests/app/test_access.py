@@ -1,14 +1,11 @@
 """A server that other machines can reach answers only those who bring its token."""
 
 import re
-import socket
-import threading
-import time
 from collections.abc import Iterator
+from typing import Any
 
 import httpx
 import pytest
-import uvicorn
 from fastapi import FastAPI
 from starlette.routing import Mount, Route, WebSocketRoute
 from websockets.exceptions import InvalidStatus
@@ -31,20 +28,17 @@ def store(tmp_path_factory: pytest.TempPathFactory) -> RunStore:
 
 
 @pytest.fixture(scope="module")
-def served(store: RunStore) -> Iterator[tuple[FastAPI, str]]:
+def served(store: RunStore, serve_app: Any) -> Iterator[tuple[FastAPI, str]]:
     """The app behind its token, and its address."""
     engine = Engine(store, n_workers=1)
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        port = listener.getsockname()[1]
-        app = create_app(engine, store, "0.0.0.0", port, TOKEN)
-        server = uvicorn.Server(uvicorn.Config(app, log_level="error"))
-        thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
-        thread.start()
-        while not server.started:
-            time.sleep(0.01)
-        yield app, f"http://127.0.0.1:{port}"
-        server.should_exit = True
-        thread.join()
+    built: list[FastAPI] = []
+
+    def build(port: int) -> FastAPI:
+        built.append(create_app(engine, store, "0.0.0.0", port, TOKEN))
+        return built[0]
+
+    with serve_app(build) as url:
+        yield built[0], url
     engine.close()
 
 

@@ -1,15 +1,12 @@
 """Runs over HTTP: taken along, brought back, and nothing else let in."""
 
-import socket
-import threading
-import time
 import zipfile
 from collections.abc import Iterator
 from io import BytesIO
+from typing import Any
 
 import httpx
 import pytest
-import uvicorn
 from fastapi import FastAPI
 
 from app import run_files
@@ -43,20 +40,12 @@ def run_id(store: RunStore) -> str:
 
 
 @pytest.fixture(scope="module")
-def client(store: RunStore) -> Iterator[httpx.Client]:
+def client(store: RunStore, serve_app: Any) -> Iterator[httpx.Client]:
     """The routes alone, served by uvicorn: real sockets, since bodies are what this is about."""
     app = FastAPI()
     run_files.mount(app, store)
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        server = uvicorn.Server(uvicorn.Config(app, log_level="error"))
-        thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
-        thread.start()
-        while not server.started:
-            time.sleep(0.01)
-        with httpx.Client(base_url=f"http://127.0.0.1:{listener.getsockname()[1]}") as client:
-            yield client
-        server.should_exit = True
-        thread.join()
+    with serve_app(lambda port: app) as url, httpx.Client(base_url=url) as client:
+        yield client
 
 
 def test_a_run_is_taken_along_and_brought_back(

@@ -1,14 +1,12 @@
 """What the server answers to whom, over HTTP."""
 
 import socket
-import threading
-import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import httpx
 import pytest
-import uvicorn
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
@@ -27,19 +25,12 @@ def store(tmp_path_factory: pytest.TempPathFactory) -> RunStore:
 
 
 @pytest.fixture(scope="module")
-def client(store: RunStore) -> Iterator[httpx.Client]:
+def client(store: RunStore, serve_app: Any) -> Iterator[httpx.Client]:
     """A client of the app, served by uvicorn on a free port."""
     engine = Engine(store, n_workers=1)
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        server = uvicorn.Server(uvicorn.Config(create_app(engine, store), log_level="error"))
-        thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
-        thread.start()
-        while not server.started:
-            time.sleep(0.01)
-        with httpx.Client(base_url=f"http://127.0.0.1:{listener.getsockname()[1]}") as client:
-            yield client
-        server.should_exit = True
-        thread.join()
+    app = create_app(engine, store)
+    with serve_app(lambda port: app) as url, httpx.Client(base_url=url) as client:
+        yield client
     engine.close()
 
 

@@ -5,8 +5,6 @@ What is asked is whether the flights are seen: pixels in their colours, against 
 
 import io
 import secrets
-import socket
-import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -16,7 +14,6 @@ from urllib.parse import quote
 
 import numpy as np
 import pytest
-import uvicorn
 from fastapi import FastAPI
 from fastapi.responses import HTMLResponse
 from numpy.typing import NDArray
@@ -77,7 +74,7 @@ def pair() -> Pair:
 
 
 @pytest.fixture
-def site(tmp_path: Path) -> Iterator[Site]:
+def site(tmp_path: Path, serve_app: Any) -> Iterator[Site]:
     """A site of the test's own."""
     app = FastAPI()
     store = RunStore(tmp_path / "store")
@@ -89,17 +86,9 @@ def site(tmp_path: Path) -> Iterator[Site]:
     def framed(sandbox: int) -> HTMLResponse:
         return HTMLResponse(_FRAMED.format(sandbox='sandbox="allow-scripts"' if sandbox else ""))
 
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        server = uvicorn.Server(uvicorn.Config(app, log_level="error", timeout_graceful_shutdown=2))
-        thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
-        thread.start()
-        while not server.started:
-            time.sleep(0.01)
-        port = listener.getsockname()[1]
-        yield Site(f"http://127.0.0.1:{port}", scenes, recordings, store)
+    with serve_app(lambda port: app, timeout_graceful_shutdown=2) as url:
+        yield Site(url, scenes, recordings, store)
         scenes.close_all()
-        server.should_exit = True
-        thread.join()
     store.close()
 
 

@@ -1,13 +1,10 @@
 """Real parts for the scene tests: a flight of JSBSim, a store, a web server with both viewers."""
 
-import socket
-import threading
-import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
-import uvicorn
 from fastapi import FastAPI
 from scenes_support import Flown, Site
 
@@ -36,20 +33,12 @@ def store(tmp_path: Path) -> Iterator[RunStore]:
 
 
 @pytest.fixture
-def site(store: RunStore) -> Iterator[Site]:
+def site(store: RunStore, serve_app: Any) -> Iterator[Site]:
     """A site of the test's own, over ``store``."""
     app = FastAPI()
     scenes, recordings = ViserScenes(), Recordings(store)
     scenes.mount(app)
     recordings.mount(app)
-    with socket.create_server(("127.0.0.1", 0)) as listener:
-        host = f"127.0.0.1:{listener.getsockname()[1]}"
-        server = uvicorn.Server(uvicorn.Config(app, log_level="error"))
-        thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
-        thread.start()
-        while not server.started:
-            time.sleep(0.01)
-        yield Site(host, scenes, recordings)
+    with serve_app(lambda port: app) as url:
+        yield Site(url.removeprefix("http://"), scenes, recordings)
         scenes.close_all()
-        server.should_exit = True
-        thread.join()
