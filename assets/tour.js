@@ -149,9 +149,8 @@
   window.dash_clientside = Object.assign({}, window.dash_clientside, {
     tour: {
       invite(kind) {
-        const line = invitation();
-        if (line) line.hidden = kind !== "fly" || remembered() !== null;
         if (kind !== "fly" && card) end();
+        return kind !== "fly" || remembered() !== null;
       },
     },
   });

@@ -3,7 +3,7 @@
 import json
 from dataclasses import asdict
 
-from dash import ClientsideFunction, Dash, Input, html
+from dash import ClientsideFunction, Dash, Input, Output, html
 
 from app.glossary import tour_stops
 from app.pages.attributes import attributes
@@ -31,5 +31,7 @@ def invitation() -> html.Div:
 def register(app: Dash) -> None:
     """Attach the question whether the invitation is to be seen to ``app``."""
     app.clientside_callback(  # type: ignore[no-untyped-call]  # dash types callback alone
-        ClientsideFunction("tour", "invite"), Input("page-kind", "data")
+        ClientsideFunction("tour", "invite"),
+        Output("tour-invitation", "hidden"),
+        Input("page-kind", "data"),
     )

@@ -1,6 +1,7 @@
 """What the server answers to whom, over HTTP."""
 
 import socket
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -120,6 +121,13 @@ def test_interactive_figures_come_in_a_sandbox_without_a_network(client: httpx.C
     assert policy.startswith("sandbox allow-scripts; default-src 'none'")
     assert "connect-src" not in policy
     assert client.get("/results/files/fig6.png").headers["content-type"] == "image/png"
+
+
+def test_no_callback_takes_the_place_of_another(client: httpx.Client) -> None:
+    # Dash names a callback without outputs after its inputs alone: of two such, one never runs.
+    names = [callback["output"] for callback in client.get("/_dash-dependencies").json()]
+    assert len(names) > 20
+    assert [name for name, n in Counter(names).items() if n > 1] == []
 
 
 def test_a_taken_port_is_named_in_one_line(tmp_path: Path) -> None:
