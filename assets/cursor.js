@@ -141,8 +141,10 @@
       if (moved && !plot.isFollowing) zoomTo(spanOf(plot));
     });
     plot.on("plotly_doubleclick", () => zoomTo(null));
-    // A new figure comes unzoomed; a zoom by hand is told of only after this.
+    // A new figure comes unzoomed; a zoom by hand is told of only after this. The page may have been
+    // left by then, and with it the plot.
     plot.on("plotly_afterplot", () => setTimeout(() => {
+      if (!plot._fullLayout) return;
       followZoom(plot);
       drawLines();
     }));

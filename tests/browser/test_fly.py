@@ -295,7 +295,7 @@ def test_residuals_can_be_taken_against_the_surrogate(fly: Fly, console_errors: 
 
 
 def test_one_cursor_serves_all_charts_and_the_aircraft(fly: Fly, console_errors: list[str]) -> None:
-    fly.page.set_viewport_size({"width": 1440, "height": 1500})  # scene and tile in one view
+    fly.page.set_viewport_size({"width": 1440, "height": 2200})  # scene and tile in one view
     fly.open()
     fly.press("run")
     fly.wait("done")
