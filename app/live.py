@@ -35,6 +35,9 @@ UNEXPECTED = "The server met an error it did not expect; its log says more. Relo
 PATIENCE_S = 0.3
 """How long a page that turns to a run waits for its first samples, to show them before all else."""
 
+APART_S = 0.02
+"""Between two messages that are to arrive apart: Dash gathers what it is given within 5 ms."""
+
 ACK_TIMEOUT_S = 20.0
 """A page that has not taken a frame for so long is gone, or as good as gone."""
 
@@ -63,9 +66,19 @@ class Page:
     socket: DashWebsocketCallback
 
     async def post(self, updates: Iterable[Update]) -> None:
-        """Set properties without waiting; of several values for one property the last is sent."""
-        # Turning figures into JSON takes milliseconds each: not on the event loop.
-        await asyncio.to_thread(self._queue, updates)
+        """Set properties without waiting; of several values for one property the last is sent.
+
+        Figures follow one by one: the page would draw those that come together in one go, and heed
+        nobody until it has.
+        """
+        latest = {(item.component_id, item.prop): item for item in updates}
+        together = [item for item in latest.values() if item.prop != "figure"]
+        apart = [item for item in latest.values() if item.prop == "figure"]
+        for place, group in enumerate([together, *([item] for item in apart)]):
+            if place > 0:
+                await asyncio.sleep(APART_S)
+            # Turning figures into JSON takes milliseconds each: not on the event loop.
+            await asyncio.to_thread(self._queue, group)
 
     async def send(self, updates: Iterable[Update]) -> Any:
         """Set properties, and return what the tiles hold once the page has answered.
@@ -80,8 +93,7 @@ class Page:
             raise PageGoneError from None
 
     def _queue(self, updates: Iterable[Update]) -> None:
-        latest = {(item.component_id, item.prop): item.value for item in updates}
-        for (component_id, prop), value in latest.items():
+        for component_id, prop, value in updates:
             self.socket.set_prop_sync(component_id, prop, value)
 
 

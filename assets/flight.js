@@ -17,7 +17,10 @@
   }
 
   function floats(base64) {
-    const bytes = Uint8Array.from(atob(base64), (character) => character.charCodeAt(0));
+    const text = atob(base64);
+    const bytes = new Uint8Array(text.length);
+    // Not by `Uint8Array.from`, which takes ten times as long for its call a byte.
+    for (let at = 0; at < text.length; at++) bytes[at] = text.charCodeAt(at);
     return new Float32Array(bytes.buffer);
   }
 

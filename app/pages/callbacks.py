@@ -24,6 +24,7 @@ from app.pages import (
     playback,
     present,
     report_callbacks,
+    report_panel,
     runs_callbacks,
     teach_callbacks,
     tour,
@@ -202,6 +203,16 @@ def _register_live(app: Dash, services: Services) -> None:
         Input("flight", "data"),
         Input("tile-specs", "data"),
     )
+    drawn = {
+        "report": report_panel.REPORT_NODES_ID,
+        "answers": report_panel.ANSWER_NODES_ID,
+        "ranking": fly.RANKING_NODES_ID,
+    }
+    for name, store in drawn.items():
+        # With an output: Dash calls what has none only when its inputs change.
+        _in_browser(
+            app, ClientsideFunction("draw", name), Output(name, "data-parts"), Input(store, "data")
+        )
 
 
 def _register_runs(app: Dash, services: Services) -> None:

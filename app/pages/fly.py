@@ -16,6 +16,7 @@ from app.pages.report_panel import report_panel
 from app.pages.scene_controls import scene_bar
 from app.pages.setup import DEFAULT_FAULT, DEFAULT_PLAN, setup_panel
 from app.panels.engine_view import engine_view
+from app.panels.nodes import Node, nodes
 from app.panels.probabilities import probability_figure
 from app.panels.residuals import heat_strip
 from app.panels.sensors import cleared, tile_specs
@@ -29,11 +30,17 @@ GRAPH_CONFIG: Any = {"displayModeBar": False, "doubleClick": "reset+autosize"}
 PROBABILITIES_ID = "probabilities"
 STRIP_ID = "residual-strip"
 RESIDUAL_SWITCH_ID = "residual-switch"
+RANKING_NODES_ID = "ranking-nodes"
 
 RANKING_HINT = (
     "The classifier reads the last 30 s of residuals every 5 s. Its first answer comes half a "
     "minute into the flight."
 )
+
+
+def ranking_hint() -> list[Node]:
+    """What stands in the place of the ranking before the first one."""
+    return nodes(html.P(RANKING_HINT, className="note"))
 
 
 def tile_id(index: int) -> str:
@@ -222,7 +229,8 @@ def _diagnosis_panel() -> html.Section:
                 ],
                 className="panel-head",
             ),
-            html.Div(html.P(RANKING_HINT, className="note"), id="ranking"),
+            html.Div(id="ranking"),
+            dcc.Store(id=RANKING_NODES_ID, data=ranking_hint()),
             html.Div(id="ranking-at", hidden=True),
             html.Div(id="diagnosis-notes"),
             html.H3(

@@ -3,10 +3,11 @@
 from typing import Any
 
 import dash_mantine_components as dmc
-from dash import html
+from dash import dcc, html
 
 from app.pages.attributes import attributes
 from app.pages.report_writing import Job
+from app.panels.nodes import Node, nodes
 from app.panels.report_text import answer_text, measures, report_text
 from core.report.desk import offers
 from core.report.grounded import GroundedReport
@@ -21,6 +22,9 @@ FILES = {"html": "HTML", "pdf": "PDF", "md": "Markdown"}
 
 PANEL_ID = "report-panel"
 
+REPORT_NODES_ID = "report-nodes"
+ANSWER_NODES_ID = "answers-nodes"
+
 
 def report_panel() -> html.Section:
     """The panel before any run. Its tools show once a run is done."""
@@ -32,8 +36,10 @@ def report_panel() -> html.Section:
             ),
             html.P(_what_is_missing(), className="note report-tools"),
             html.P("", id="report-status", className="note", role="status"),
-            html.Div(hint(), id="report", className="report"),
+            html.Div(id="report", className="report"),
             _questions(),
+            dcc.Store(id=REPORT_NODES_ID, data=hint()),
+            dcc.Store(id=ANSWER_NODES_ID, data=[]),
         ],
         id=PANEL_ID,
         className="panel",
@@ -41,37 +47,40 @@ def report_panel() -> html.Section:
     )
 
 
-def hint() -> html.P:
+def hint() -> list[Node]:
     """What will stand here."""
-    return html.P(HINT, className="note")
+    return nodes(html.P(HINT, className="note"))
 
 
-def whole_report(run_id: str, report: GroundedReport) -> list[Any]:
-    """A complete report with its measures, notes and files."""
-    return [
+def whole_report(run_id: str, report: GroundedReport) -> list[Node]:
+    """A complete report with its measures, notes and files, to be drawn."""
+    parts = [
         measures(report.raw, report.final, by=report.writer),
         *_by(report),
         *report_text(report.sentences, by=report.writer),
         *(html.P(note, className="note") for note in report.notes),
         _files(run_id),
     ]
+    return nodes(parts)
 
 
-def answer(question: str, report: GroundedReport) -> html.Div:
-    """A question with its answer."""
+def answer(question: str, report: GroundedReport) -> list[Node]:
+    """A question with its answer, to be drawn."""
     notes = [html.P(note, className="note") for note in report.notes]
     text = answer_text(report.sentences, by=report.writer)
-    return html.Div([html.P(question, className="question"), *text, *notes], className="answer")
+    return nodes(
+        html.Div([html.P(question, className="question"), *text, *notes], className="answer")
+    )
 
 
-def unfinished(job: Job) -> list[Any]:
+def unfinished(job: Job) -> list[Node]:
     """A report in the making: what is checked so far, its measures, and the draft behind it."""
     by = job.offer.name
     measured = [measures(*job.measures, by=by)] if job.measures else []
-    return [*measured, *report_text(list(job.sentences), by=by, draft=job.draft)]
+    return nodes([*measured, *report_text(list(job.sentences), by=by, draft=job.draft)])
 
 
-def watched(job: Job, stored: GroundedReport) -> tuple[list[Any] | None, Any, str]:
+def watched(job: Job, stored: GroundedReport) -> tuple[list[Node] | None, list[Node] | None, str]:
     """The panel while a job goes on and once it is over: report, newest answer, and its status.
 
     None for a report that stays. ``stored`` is the report that stands if the job brings none.
@@ -84,9 +93,9 @@ def watched(job: Job, stored: GroundedReport) -> tuple[list[Any] | None, Any, st
     if job.outcome is not None:
         return None, answer(job.question, job.outcome), status
     if job.over:
-        return None, html.Div(html.P(job.question, className="question")), status
+        return None, nodes(html.P(job.question, className="question")), status
     text = answer_text(list(job.sentences), by=job.offer.name, draft=job.draft[1])
-    return None, html.Div([html.P(job.question, className="question"), *text]), status
+    return None, nodes([html.P(job.question, className="question"), *text]), status
 
 
 def _status(job: Job) -> str:

@@ -24,6 +24,7 @@ from app.pages.words import (
 )
 from app.panels.axes import Array, clock
 from app.panels.marks import Mark, action_marks, limit_marks, track, verdict_marks
+from app.panels.nodes import nodes
 from app.panels.probabilities import class_colours, leaders, probability_figure
 from app.panels.residuals import heat_strip
 from app.panels.sensors import cleared, extended, whole
@@ -279,7 +280,7 @@ class RunView:
         shares = dict(zip(names, map(float, now), strict=True))
         return [
             Update(fly.PROBABILITIES_ID, "figure", figure),
-            Update("ranking", "children", ranking_list(names, ranking, shares)),
+            Update(fly.RANKING_NODES_ID, "data", nodes(ranking_list(names, ranking, shares))),
             Update(
                 TRACK_ID,
                 "data",
@@ -341,7 +342,7 @@ def _onset_s(record: RunRecord) -> float | None:
 
 def reported(run_id: str, report: GroundedReport) -> list[Update]:
     """The five sections, each sentence with its verdict."""
-    return [Update("report", "children", whole_report(run_id, report))]
+    return [Update(report_panel.REPORT_NODES_ID, "data", whole_report(run_id, report))]
 
 
 def watched(job: Job, stored: GroundedReport) -> list[Update]:
@@ -350,8 +351,8 @@ def watched(job: Job, stored: GroundedReport) -> list[Update]:
     return [
         Update("report-status", "children", status),
         Update(report_panel.PANEL_ID, "data-writing", "no" if job.over else "yes"),
-        *([] if report is None else [Update("report", "children", report)]),
-        *([] if newest is None else [Update("answers", "children", newest)]),
+        *([] if report is None else [Update(report_panel.REPORT_NODES_ID, "data", report)]),
+        *([] if newest is None else [Update(report_panel.ANSWER_NODES_ID, "data", newest)]),
     ]
 
 
@@ -363,12 +364,12 @@ def _cleared() -> list[Update]:
         Update(live_controls.BAR_ID, "hidden", True),
         Update("progress", "value", 0),
         Update("stage", "children", ""),
-        Update("ranking", "children", html.P(fly.RANKING_HINT, className="note")),
+        Update(fly.RANKING_NODES_ID, "data", fly.ranking_hint()),
         Update("diagnosis-notes", "children", None),
-        Update("report", "children", report_panel.hint()),
+        Update(report_panel.REPORT_NODES_ID, "data", report_panel.hint()),
         Update("report-status", "children", ""),
         Update(report_panel.PANEL_ID, "data-writing", "no"),
-        Update("answers", "children", None),
+        Update(report_panel.ANSWER_NODES_ID, "data", []),
     ]
 
 

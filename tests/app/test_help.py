@@ -20,7 +20,7 @@ def test_every_word_is_on_the_page_and_in_its_tooltip() -> None:
     page = sent(help.layout())
     for entry in glossary().values():
         assert f'"word-{entry.id}"' in page
-        assert entry.text in json.loads(sent(term(entry.id)))["props"]["label"]
+        assert entry.text in json.loads(sent(term(entry.id)))["props"]["data-meaning"]
     assert '"tabIndex": 0' in sent(term("mirror", "the mirror"))
     with pytest.raises(KeyError):
         term("gremlin")

@@ -97,9 +97,9 @@ def test_verdict_and_report_are_shown() -> None:
     view = view_of()
     report = grounded_template(open_case(diagnosis()))
     page = shown(view.changes([events.Diagnosed("r", diagnosis()), events.Reported("r", report)]))
-    assert "Engine failure" in str(page["ranking", "children"])
-    assert "81.0 %" in str(page["ranking", "children"])
-    assert to_json(page["report", "children"]) == to_json(whole_report(view.record.id, report))
+    assert "Engine failure" in str(page["ranking-nodes", "data"])
+    assert "81.0 %" in str(page["ranking-nodes", "data"])
+    assert page["report-nodes", "data"] == whole_report(view.record.id, report)
 
 
 @pytest.mark.parametrize(
