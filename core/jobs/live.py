@@ -23,7 +23,7 @@ from core.twin.trajectory import Pair
 PACES: tuple[float, ...] = (1.0, 10.0, 60.0, math.inf)
 """Seconds of flight in one of ours; infinite is as fast as it goes."""
 
-PERIOD_S = 0.1
+PERIOD_S = 0.2
 """How often a paced flight goes on, if that is at least a streamed sample further."""
 
 STAY_S = 0.5
