@@ -45,7 +45,11 @@ def joined(batch: Iterable[Event]) -> Samples | None:
         return parts[0] if parts else None
     columns = ("time_s", "faulted", "mirror", "faulted_states", "mirror_states")
     whole = {name: np.concatenate([getattr(part, name) for part in parts]) for name in columns}
-    return Samples(parts[0].run_id, parts[0].index, **whole, flown_at_s=parts[0].flown_at_s)
+    extremes = np.concatenate([part.extremes for part in parts], axis=2)
+    first = parts[0]
+    return Samples(
+        first.run_id, first.index, **whole, flown_at_s=first.flown_at_s, extremes=extremes
+    )
 
 
 async def _opening(subscription: Subscription, patience_s: float) -> list[Event]:

@@ -20,7 +20,7 @@ from fastapi import FastAPI, Request, Response
 from fastapi.responses import HTMLResponse
 from starlette.middleware.trustedhost import TrustedHostMiddleware
 
-from app import result_files, run_files
+from app import detail, result_files, run_files
 from app.access import TokenGate, link, names_of, sandbox_prefix, token_for
 from app.live import Sessions
 from app.pages import callbacks, cell_runs, comparing, scene_controls, shell
@@ -103,6 +103,7 @@ def create_app(
     mount_reports(server, store)
     result_files.mount(server)
     run_files.mount(server, store)
+    detail.mount(server, engine, store)
     _mount_pages(server, dash, store)
     # Dash does this on the first request to a path of its own; the first one may name a page of
     # ours, which would come without its scripts and styles.

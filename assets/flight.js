@@ -1,7 +1,8 @@
 // The flight that the page shows: its samples, as the browser holds them, and what they read at a
 // moment, in the units that the reader has chosen. `tiles.js` and `engine.js` draw from here.
 //
-// Samples come from `app/panels/sensors.py` as float32 in base64, conversions from `core/units.py`.
+// Samples come from `app/panels/streamed.py` and `sensors.py` as float32 in base64, those of a part
+// that was zoomed into from `detail.js`, conversions from `core/units.py`.
 
 (function () {
   "use strict";
@@ -13,7 +14,7 @@
   let chosen = new Set();
 
   function emptyFlight({ key, run, duration_s, onset_s }) {
-    return { key, run, duration_s, onset_s, count: 0, channels: [] };
+    return { key, run, duration_s, onset_s, count: 0, channels: [], extremes: [], finer: null, drawn: [] };
   }
 
   function floats(base64) {
@@ -31,6 +32,7 @@
     const begins = message.key !== flight.key || (message.start ?? 0) > flight.count;
     if (begins) flight = emptyFlight(message);
     flight.onset_s = message.onset_s; // in a live flight it comes when it comes
+    flight.drawn = [];
     if (message.whole) replace(message);
     else if (message.time_s && message.start <= flight.count) extend(message);
     return begins;
@@ -50,16 +52,75 @@
         .map((values, row) => before[row].slice(0, message.start).concat(Array.from(values)));
     }
     flight.count = message.start + n;
+    extendExtremes(message);
+  }
+
+  // The extremes of every stretch of the flight from `group` on, six samples of each stretch.
+  function extendExtremes({ group, extremes }) {
+    const rows = extremes.map(floats);
+    const n = rows[0].length / flight.channels.length;
+    flight.channels.forEach((_, index) => {
+      const before = flight.extremes[index] || [[], [], []];
+      flight.extremes[index] = rows.map((values, row) =>
+        before[row].slice(0, 6 * group).concat(Array.from(values.subarray(index * n, (index + 1) * n))));
+    });
   }
 
   function replace(message) {
-    flight.channels = message.whole.map((rows) => rows.map((row) => Array.from(floats(row))));
+    flight.channels = unpacked(message.whole);
+    flight.extremes = [];
     flight.count = Number.MAX_SAFE_INTEGER;
+  }
+
+  const unpacked = (channels) => channels.map((rows) => rows.map((row) => Array.from(floats(row))));
+
+  // A part of the flight in finer samples, as long as it is looked at closely; null: none any more.
+  function refine(whole) {
+    flight.finer = whole && unpacked(whole);
+    flight.drawn = [];
+  }
+
+  // ---- what is drawn ------------------------------------------------------------------------
+
+  // Time, faulted and mirror of a channel, as fine as they are here.
+  function rows(index) {
+    if (!flight.channels[index]) return [[], [], []];
+    if (!flight.drawn[index]) {
+      const coarse = merged(flight.channels[index], flight.extremes[index]);
+      flight.drawn[index] = flight.finer ? patched(coarse, flight.finer[index]) : coarse;
+    }
+    return flight.drawn[index];
+  }
+
+  // Two lists of samples as one, in order of time, each sample once.
+  function merged(one, other) {
+    if (!other || !other[0].length) return one;
+    const both = [[], [], []];
+    let [from, last] = [0, -1];
+    const take = (rows, at) => {
+      if (rows[0][at] > last) both.forEach((row, place) => row.push(rows[place][at]));
+      last = Math.max(last, rows[0][at]);
+    };
+    for (let at = 0; at < one[0].length; at++) {
+      while (from < other[0].length && other[0][from] < one[0][at]) take(other, from++);
+      take(one, at);
+    }
+    while (from < other[0].length) take(other, from++);
+    return both;
+  }
+
+  // The finer samples in the place of the coarse ones that lie among them.
+  function patched(coarse, finer) {
+    const [time] = finer;
+    if (!time.length) return coarse;
+    const from = rowAfter(coarse[0], time[0]);
+    const to = rowAfter(coarse[0], time[time.length - 1] + 1e-3);
+    return coarse.map((row, place) => row.slice(0, from).concat(finer[place], row.slice(to)));
   }
 
   // The latest time that there is something to see of.
   function flownUntil() {
-    const [time] = flight.channels[0] || [[]];
+    const [time] = rows(0);
     return time.length ? time[time.length - 1] : 0;
   }
 
@@ -77,7 +138,7 @@
 
   // What a channel read at a time, or reads now (null); null where nothing has been flown.
   function at(index, time_s) {
-    const [time, faulted, mirror] = flight.channels[index] || [[], [], []];
+    const [time, faulted, mirror] = rows(index);
     const last = time.length - 1;
     if (last < 0 || (time_s !== null && time_s > time[last] + MEAN_OVER_S)) return null;
     let row = time_s === null ? last : Math.min(rowAfter(time, time_s), last);
@@ -88,7 +149,7 @@
   // The mean over 2 s around a time: two samples compared would compare their noise, and drawn
   // samples are the extreme ones.
   function mean(index, time_s) {
-    const [time, faulted, mirror] = flight.channels[index] || [[], [], []];
+    const [time, faulted, mirror] = rows(index);
     const from = rowAfter(time, time_s - MEAN_OVER_S / 2);
     const to = rowAfter(time, time_s + MEAN_OVER_S / 2);
     if (to <= from) return at(index, time_s);
@@ -159,8 +220,7 @@
 
   window.dash_clientside = Object.assign({}, window.dash_clientside, {
     flight: {
-      take, at, mean, flownUntil, describe, shown, chooseUnits, clock, number, signed,
-      rows: (index) => flight.channels[index] || [[], [], []],
+      take, refine, rows, at, mean, flownUntil, describe, shown, chooseUnits, clock, number, signed,
       get specs() { return specs; },
       get run() { return flight.run; },
       get key() { return flight.key; },

@@ -356,6 +356,7 @@
   function showZoom(to) {
     zoom = to;
     redraw((tile) => tile.plots.forEach((plot) => plot.setScale("x", span())));
+    document.dispatchEvent(new CustomEvent("zoomchanged", { detail: to }));
   }
 
   function showMarks(found) {
@@ -420,7 +421,9 @@
     return { key: flight().key, count: flight().count };
   }
 
-  document.addEventListener("unitschanged", () => redraw((tile) => tile.draw()));
+  const refresh = () => redraw((tile) => tile.draw());
+
+  document.addEventListener("unitschanged", refresh);
 
   new MutationObserver(() => {
     colours.clear();
@@ -431,6 +434,6 @@
   });
 
   window.dash_clientside = Object.assign({}, window.dash_clientside, {
-    tiles: { showFlight, moveCursor, showZoom, showMarks, showBetween },
+    tiles: { showFlight, refresh, moveCursor, showZoom, showMarks, showBetween },
   });
 })();

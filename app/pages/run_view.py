@@ -27,7 +27,8 @@ from app.panels.marks import Mark, action_marks, limit_marks, track, verdict_mar
 from app.panels.nodes import nodes
 from app.panels.probabilities import class_colours, leaders, probability_figure
 from app.panels.residuals import heat_strip
-from app.panels.sensors import cleared, extended, whole
+from app.panels.sensors import cleared, whole
+from app.panels.streamed import Streamed
 from core.diagnosis.diagnosis import Diagnosis
 from core.fmea.catalogue import catalogue
 from core.fmea.fault import Fault
@@ -36,11 +37,6 @@ from core.jobs.records import RunRecord, Status
 from core.report.grounded import GroundedReport
 from core.twin.events import flight_events
 from core.twin.trajectory import Pair
-
-LIVE_POINTS = 1500
-"""Samples a line is streamed with, whatever the length of the flight; all of 300 s at 5 Hz."""
-
-STREAM_HZ = 5.0
 
 STRIP_FRAMES = 20
 """The heat strip is drawn anew this often at most: each time costs 19 kB."""
@@ -83,7 +79,6 @@ class RunView:
         self.duration_s = record.plan.duration_s
         self.onset_s = _onset_s(record)
         self._names = {mode.id: mode.name for mode in catalogue().values()}
-        self._stride = max(1, round(self.duration_s * STREAM_HZ / LIVE_POINTS))
         self.taken: Any = None
         """What the page last said that its tiles hold: ``{"key": ..., "count": ...}``."""
         self._begin()
@@ -95,6 +90,7 @@ class RunView:
         self._is_paused = False
         self._strip_s = 0.0
         self._samples: list[events.Samples] = []
+        self._stream = Streamed(self.duration_s)
         self._windows: list[events.Probabilities] = []
 
     def opening(self, *, fill_form: bool) -> list[Update]:
@@ -142,6 +138,7 @@ class RunView:
                     updates += self._acted(event)
                 case events.Samples():
                     self._samples.append(event)
+                    self._stream.push(event)
                     flown = True
                 case events.Probabilities():
                     self._windows.append(event)
@@ -226,26 +223,18 @@ class RunView:
 
     def _flown(self) -> list[Update]:
         """All samples that the page does not hold yet."""
-        time_s = np.concatenate([part.time_s for part in self._samples])
-        faulted = np.concatenate([part.faulted for part in self._samples])
-        mirror = np.concatenate([part.mirror for part in self._samples])
-        thin = slice(None, None, self._stride)
+        stream = self._stream
         start = self._held()
-        tiles = extended(
-            self._tiles,
-            start,
-            time_s[thin][start:],
-            faulted[thin][start:],
-            mirror[thin][start:],
-        )
+        tiles = self._tiles | stream.since(start)
         # Not for the page: it tells whoever measures how long the samples were on their way.
-        tiles["flown_at_s"] = self._flown_at_s(start * self._stride)
+        tiles["flown_at_s"] = self._flown_at_s(start * stream.stride)
         updates = [Update("flight", "data", tiles)]
-        flown_s = float(time_s[-1])
+        flown_s = self._flown_s()
         if flown_s - self._strip_s >= self.duration_s / STRIP_FRAMES:
             self._strip_s = flown_s
+            residual = stream.faulted - stream.mirror
             strip = heat_strip(
-                time_s, faulted - mirror, duration_s=self.duration_s, onset_s=self.onset_s
+                stream.time_s, residual, duration_s=self.duration_s, onset_s=self.onset_s
             )
             updates.append(Update(fly.STRIP_ID, "figure", strip))
         return updates

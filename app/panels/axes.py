@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from tsdownsample import MinMaxLTTBDownsampler
+from tsdownsample import MinMaxDownsampler
 
 from app import theme
 
@@ -19,7 +19,7 @@ Figure = dict[str, Any]
 HOUR_S = 3600.0
 _DAY_S = 86_400.0
 
-_DOWNSAMPLER = MinMaxLTTBDownsampler()  # type: ignore[no-untyped-call]  # library
+_DOWNSAMPLER = MinMaxDownsampler()  # type: ignore[no-untyped-call]  # library
 
 
 def moment(time_s: float) -> float:
@@ -105,15 +105,18 @@ def packed(values: Array) -> dict[str, str]:
 
 
 def kept_rows(time_s: Array, values: Array, n_out: int) -> NDArray[np.intp]:
-    """Which of the samples to draw, at most ``n_out``, so that the line keeps every spike.
+    """Which of the samples to draw, at most ``n_out`` in order, so that the line keeps every spike.
 
-    Method: MinMaxLTTB (Van Der Donckt et al. 2023), as implemented by ``tsdownsample``.
+    The least and the greatest sample of ``n_out / 2 - 1`` stretches of equal length, found by
+    ``tsdownsample``, and both ends. Not MinMaxLTTB, whose lines are a little smoother: of a spike
+    and a dip in one stretch it keeps only one.
     """
     if len(time_s) <= n_out:
         return np.arange(len(time_s))
     x = np.ascontiguousarray(time_s, dtype=np.float64)
     y = np.ascontiguousarray(values, dtype=np.float32)
-    rows: NDArray[np.intp] = _DOWNSAMPLER.downsample(x, y, n_out=n_out).astype(np.intp)
+    extreme = _DOWNSAMPLER.downsample(x, y, n_out=2 * (n_out // 2 - 1))
+    rows: NDArray[np.intp] = np.unique(np.concatenate([extreme, [0, len(x) - 1]])).astype(np.intp)
     return rows
 
 

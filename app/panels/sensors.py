@@ -17,7 +17,7 @@ from core.twin.trajectory import Pair
 from core.units import OTHER_UNITS
 
 POINTS_PER_LINE = 400
-"""About two a pixel of a tile, so that MinMaxLTTB keeps every spike; 0.5 MB for all tiles."""
+"""About two a pixel of a tile, so that every spike is kept where it is; 0.5 MB for all tiles."""
 
 
 def tile_specs() -> list[dict[str, Any]]:
@@ -39,29 +39,21 @@ def cleared(
     return {"key": key, "run": run_id, "duration_s": duration_s, "onset_s": onset_s}
 
 
-def extended(
-    tiles: dict[str, Any], start: int, time_s: Array, faulted: Array, mirror: Array
-) -> dict[str, Any]:
-    """More samples for the tiles that `cleared` began.
-
-    ``time_s`` (n,), ``faulted`` and ``mirror`` (n, 23); ``start`` is the number of samples before.
-    """
+def whole(tiles: dict[str, Any], pair: Pair) -> dict[str, Any]:
+    """The finished flight, at most 3 x `POINTS_PER_LINE` samples a channel, every spike kept."""
     return tiles | {
-        "start": start,
-        "time_s": base64_floats(time_s),
-        "faulted": base64_floats(np.asarray(faulted).T),
-        "mirror": base64_floats(np.asarray(mirror).T),
+        "whole": decimated(pair.faulted.time_s, pair.faulted.channels, pair.mirror.channels)
     }
 
 
-def whole(tiles: dict[str, Any], pair: Pair) -> dict[str, Any]:
-    """The finished flight, at most 3 x `POINTS_PER_LINE` samples a channel, every spike kept."""
-    time_s = pair.faulted.time_s
-    channels = [
-        _decimated(time_s, pair.faulted.channels[:, index], pair.mirror.channels[:, index])
-        for index in range(len(CHANNELS))
+def decimated(time_s: Array, faulted: Array32, mirror: Array32) -> list[list[str]]:
+    """Of each channel of two flights, (n,) and (n, 23): time, faulted and mirror, as `whole` has.
+
+    At the samples that any of the three lines needs.
+    """
+    return [
+        packed_lines(time_s, faulted[:, index], mirror[:, index]) for index in range(len(CHANNELS))
     ]
-    return tiles | {"whole": channels}
 
 
 def _spec(channel: Channel) -> dict[str, Any]:
@@ -86,8 +78,8 @@ def _other_unit(channel: Channel) -> dict[str, Any] | None:
     return None if other is None else asdict(other) | {"extra_decimals": other.extra_decimals}
 
 
-def _decimated(time_s: Array, faulted: Array32, mirror: Array32) -> list[str]:
-    """Time, faulted and mirror at the samples that any of the three lines needs."""
+def packed_lines(time_s: Array, faulted: Array32, mirror: Array32) -> list[str]:
+    """One channel, (n,) each, at the samples that any of its three lines needs."""
     rows: NDArray[np.intp] = np.unique(
         np.concatenate(
             [

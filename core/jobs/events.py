@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.diagnosis.diagnosis import Diagnosis
+from core.jobs.extremes import none_yet
 from core.report.grounded import GroundedReport
 from core.twin.actions import Action
 
@@ -70,6 +71,8 @@ class Samples:
     ``mirror``: (k, 23) in `core.channels.CHANNELS` order and units. ``faulted_states`` and
     ``mirror_states``: (k, S) in `core.twin.trajectory.STATE_NAMES` order. All float32.
     ``flown_at_s``: when the first of them left the flight, in Unix time of the worker's clock.
+    ``extremes``: (3, 23, s, 6), of the s seconds that ended with these at 50 Hz, what
+    `core.jobs.extremes` keeps; nothing else that happens between two samples is told.
     """
 
     run_id: str
@@ -80,6 +83,7 @@ class Samples:
     faulted_states: Array32
     mirror_states: Array32
     flown_at_s: float = field(default_factory=time.time)
+    extremes: Array32 = field(default_factory=none_yet)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -21,6 +21,9 @@ from core.channels import CHANNEL_NAMES, CHANNELS
 from core.errors import StoreError
 from core.twin.trajectory import STATE_NAMES, Pair, Trajectory
 
+ROWS_TOGETHER = 30_000
+"""Samples of a file that are read together: 10 min, so that a part of a long flight is quick."""
+
 _UNITS = {channel.name: channel.unit for channel in CHANNELS}
 
 
@@ -103,6 +106,36 @@ def read_columns(path: Path, names: Sequence[str]) -> dict[str, np.ndarray]:
         raise StoreError(f"{path} is not a flight of this version: {error}") from error
 
 
+def read_channels(
+    path: Path, from_s: float, to_s: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Time (n,) and the channels (n, 23) of both flights between two times, ends included.
+
+    Reads little more of the file than that; raises `StoreError`.
+    """
+    sides = ("faulted.", "mirror.")
+    names = ["time_s", *(side + name for side in sides for name in CHANNEL_NAMES)]
+    with _opened(path) as file:
+        spans = [file.metadata.row_group(place).column(0).statistics for place in
+                 range(file.metadata.num_row_groups)]  # fmt: skip
+        groups = [
+            place
+            for place, span in enumerate(spans)
+            if span is None or (span.max >= from_s and span.min <= to_s)
+        ]
+        table = file.read_row_groups(groups, names)
+    try:
+        time_s = np.array(_values(table, "time_s"))
+        rows = slice(*np.searchsorted(time_s, [from_s, np.nextafter(to_s, np.inf)]))
+        faulted, mirror = (
+            np.stack([_values(table, side + name)[rows] for name in CHANNEL_NAMES], axis=1)
+            for side in sides
+        )
+    except (KeyError, TypeError, pa.ArrowException) as error:
+        raise StoreError(f"{path} is not a flight of this version: {error}") from error
+    return time_s[rows], faulted, mirror
+
+
 def _write_columns(path: Path, time_s: np.ndarray, flights: dict[str, Trajectory]) -> None:
     arrays = [_column(time_s, pa.float64())]
     fields = [pa.field("time_s", pa.float64(), nullable=False, metadata={"unit": "s"})]
@@ -122,6 +155,7 @@ def _write_columns(path: Path, time_s: np.ndarray, flights: dict[str, Trajectory
             compression="zstd",
             use_dictionary=False,
             use_byte_stream_split=True,
+            row_group_size=ROWS_TOGETHER,
         )
 
 
@@ -138,9 +172,15 @@ def _values(table: pa.Table, name: str) -> np.ndarray:
 
 
 def _read_table(path: Path, columns: list[str] | None = None) -> pa.Table:
+    with _opened(path) as file:
+        return file.read(columns)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[pq.ParquetFile]:
     try:
         with pq.ParquetFile(path, memory_map=True) as file:
-            return file.read(columns)
+            yield file
     except OSError as error:
         reason = os.strerror(error.errno) if error.errno else str(error)
         raise StoreError(f"cannot read {path}: {reason}") from error

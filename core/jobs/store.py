@@ -30,6 +30,7 @@ from core.diagnosis.diagnosis import Diagnosis
 from core.errors import InputError, StoreError
 from core.fmea.fault import Fault
 from core.jobs.files import (
+    read_channels,
     read_columns,
     read_json,
     read_pair,
@@ -183,6 +184,12 @@ class RunStore:
     def load_columns(self, run_id: str, names: Sequence[str]) -> dict[str, np.ndarray]:
         """Some columns of `load_pair`, such as ``mirror.E1 RPM``, each (n,)."""
         return read_columns(self._file(run_id, "run.parquet"), names)
+
+    def load_channels(
+        self, run_id: str, from_s: float, to_s: float
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Time (n,) and channels (n, 23) of faulted flight and mirror between two times."""
+        return read_channels(self._file(run_id, "run.parquet"), from_s, to_s)
 
     def save_result(self, run_id: str, diagnosis: Diagnosis, report: GroundedReport) -> RunRecord:
         """Keep diagnosis and report, which completes the run: its status becomes done."""

@@ -29,6 +29,7 @@ from core.jobs.events import (
     Reported,
     Samples,
 )
+from core.jobs.extremes import Array32, Seconds
 from core.jobs.live import Inbox, LiveFlight
 from core.report.grounded import GroundedReport
 from core.twin.actions import Action, in_order
@@ -93,9 +94,10 @@ def _followed(
     emit(Progress(run_id, "flying", 0.0))
     stream = load_diagnoser(conditions=conditions).stream()
     blocks: list[Pair] = []
+    seconds = Seconds()
     for block, progress in flight:
         blocks.append(block)
-        emit(_samples(run_id, block))
+        emit(_samples(run_id, block, seconds.push(block)))
         for time_s, probabilities in stream.push(block):
             emit(Probabilities(run_id, float(time_s), probabilities))
         emit(Progress(run_id, "flying", FLOWN * progress))
@@ -250,8 +252,8 @@ def _blocks(plan: Plan, fault: Fault, actions: tuple[Action, ...]) -> Iterator[t
         yield block, flight.progress
 
 
-def _samples(run_id: str, block: Pair) -> Samples:
-    """Every `SAMPLE_STRIDE`-th sample of a block; blocks begin on such a sample."""
+def _samples(run_id: str, block: Pair, extremes: Array32) -> Samples:
+    """Every `SAMPLE_STRIDE`-th sample of a block, which begins on such a sample."""
     faulted, mirror = block.faulted[::SAMPLE_STRIDE], block.mirror[::SAMPLE_STRIDE]
 
     def single(values: np.ndarray[Any, Any]) -> np.ndarray[Any, np.dtype[np.float32]]:
@@ -265,4 +267,5 @@ def _samples(run_id: str, block: Pair) -> Samples:
         mirror=single(mirror.channels),
         faulted_states=single(faulted.states),
         mirror_states=single(mirror.states),
+        extremes=extremes,
     )

@@ -54,6 +54,7 @@ def test_no_route_answers_without_the_token(served: tuple[FastAPI, str]) -> None
     assert {
         "/runs/import",
         "/runs/files",
+        "/runs/x/detail",
         "/results/files/x",
         "/viser/x/",
         "/recordings/x.rrd",

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from dash._utils import to_json
 
-from app.pages import run_view
 from app.pages.report_panel import whole_report
 from app.pages.run_view import RunView, Update
 from core.channels import N_CHANNELS
@@ -85,12 +84,6 @@ def test_a_second_attempt_begins_with_empty_tiles_and_says_why() -> None:
     assert page["flight", "data"]["key"] != before["key"]
     assert page["flight", "data"]["start"] == 0
     assert "attempt 2" in str(page["alert", "children"])
-
-
-def test_long_flights_are_thinned_while_they_stream() -> None:
-    view = view_of(duration_s=7200.0)
-    message = shown(view.changes([samples(0, 36_000)]))["flight", "data"]
-    assert len(message["time_s"]) * 3 / 4 / 4 == pytest.approx(run_view.LIVE_POINTS, rel=0.02)
 
 
 def test_verdict_and_report_are_shown() -> None:

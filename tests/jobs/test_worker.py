@@ -70,7 +70,10 @@ def test_progress_only_grows_and_the_end_is_told(flown: tuple[RunResult, list[Ev
 def test_messages_are_small(flown: tuple[RunResult, list[Event]]) -> None:
     _, events = flown
     sizes = [len(pickle.dumps(part, protocol=5)) for part in samples_of(events)]
-    numbers = sum(part.faulted.size + part.faulted_states.size for part in samples_of(events)) * 2
+    numbers = sum(
+        2 * (part.faulted.size + part.faulted_states.size) + part.extremes.size
+        for part in samples_of(events)
+    )
     assert sum(sizes) < 4 * numbers * 1.2
 
 
