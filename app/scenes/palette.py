@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 from app import theme
 
 Rgb = tuple[int, int, int]
@@ -10,6 +13,16 @@ Rgb = tuple[int, int, int]
 def rgb(colour: str) -> Rgb:
     """``#rrggbb`` as three bytes."""
     return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
+
+
+def linear_light(colours: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """SRGB bytes as amounts of light, of the same shape (IEC 61966-2-1).
+
+    For the colours of vertices: viser's client takes those as light and all others as sRGB.
+    """
+    share = colours / 255.0
+    light = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
+    return np.rint(255.0 * light).astype(np.uint8)
 
 
 FAULTED = rgb(theme.FAULTED)

@@ -10,7 +10,7 @@ from app.scenes.cameras import apart_m, apart_words
 from app.scenes.geometry import Array, Poses, drawn_height, drawn_positions
 from app.scenes.mesh import WINGSPAN_M, aircraft_glb
 from app.scenes.painting import Colours
-from app.scenes.palette import FAULTED, MIRROR, RESIDUAL, Rgb, palette
+from app.scenes.palette import FAULTED, MIRROR, RESIDUAL, Rgb, linear_light, palette
 
 DRAWN_POINTS = 900
 _CURTAIN_OPACITY = 0.07
@@ -161,7 +161,8 @@ class Drawing:
         else:
             width = _PAINTED_PX
         segments = geometry.segments(points).astype(np.float32)
-        painted = np.stack([colours[:-1], colours[1:]], axis=1)
+        linear = linear_light(colours)
+        painted = np.stack([linear[:-1], linear[1:]], axis=1)
         line = self._lines.get("/faulted/path")
         if line is None:
             # With a colour for each end from the start: viser's client cannot turn to that later.
