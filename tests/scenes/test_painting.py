@@ -19,7 +19,7 @@ from app.scenes.painting import (
     legend_of,
     scale_of,
 )
-from app.scenes.palette import FAULTED, rgb
+from app.scenes.palette import FAULTED, linear_light, rgb
 from app.scenes.viser_scene import ViserScene
 from core.channels import CHANNELS
 from core.errors import InputError
@@ -128,7 +128,8 @@ def test_a_scene_is_painted_live_and_whole_and_turned_to_every_view(flown: Flown
             scene.look("upside down")  # type: ignore[arg-type]
         scene.paint(None)
         assert scene.legend() is None
-        assert np.unique(line.colors.reshape(-1, 3), axis=0).tolist() == [list(FAULTED)]
+        faulted = linear_light(np.array([FAULTED], dtype=np.uint8))
+        assert np.unique(line.colors.reshape(-1, 3), axis=0).tolist() == faulted.tolist()
         scene.reset(60.0)
         assert "/curtain" not in scene._drawing._ribbons
     finally:
