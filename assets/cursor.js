@@ -9,6 +9,7 @@
 
   const ANNOUNCE_MS = 100;
   const REST_MS = 250;
+  const FOLLOW_MS = 80;
   // Plotly's date axes count from a day on: see `moment` in `app/panels/axes.py`.
   const DAY_S = 86400;
   const CHARTS = ["probabilities", "residual-strip"];
@@ -28,6 +29,7 @@
   let due = null;
   let announced = null;
   let resting = null;
+  let following = null;
 
   const tiles = () => window.dash_clientside.tiles;
   const flight = () => window.dash_clientside.flight;
@@ -175,7 +177,9 @@
     const max = span ? Math.min(end_s, Math.max(span.max, min + LEAST_SPAN_S)) : end_s;
     zoom = max - min < end_s - 0.5 ? { min, max } : null;
     tiles().showZoom(zoom);
-    CHARTS.map(plotOf).forEach((plot) => plot && followZoom(plot));
+    // Drawing a Plotly chart anew takes 40 ms: not at every step on the way.
+    clearTimeout(following);
+    following = setTimeout(() => CHARTS.map(plotOf).forEach((plot) => plot && followZoom(plot)), FOLLOW_MS);
     drawLines();
     showZoomOut();
   }
