@@ -136,6 +136,11 @@ class Session:
         """Whether the page was served once and is not any more."""
         return self._attendant is not None and self._attendant.done()
 
+    @property
+    def is_unattended(self) -> bool:
+        """Whether the page has not been served yet: it is about to be, or was closed before."""
+        return self._attendant is None
+
     def scene(self) -> ViserScene:
         """The session's own viser scene, opened on first use."""
         scene = self.scenes.open(self.id)
@@ -270,13 +275,15 @@ class Sessions:
         """The session of that id, made if need be; raises `InputError` for no possible id.
 
         An id that this process did not give is welcome: its page has outlived a server restart.
+        Call it on the event loop: what no page comes for is let go after `LINGER_S`.
         """
         if not isinstance(session_id, str) or not _SESSION.fullmatch(session_id):
             raise InputError("session", "is not one that this server gives")
         if session_id not in self._sessions:
-            self._sessions[session_id] = Session(
+            session = self._sessions[session_id] = Session(
                 session_id, self._engine, self._store, self._scenes, self._desk
             )
+            asyncio.get_running_loop().call_later(LINGER_S, self._let_go, session)
         return self._sessions[session_id]
 
     async def attend(self, session_id: str, run_id: str | None, page: Page) -> None:
@@ -290,6 +297,7 @@ class Sessions:
             asyncio.get_running_loop().call_later(LINGER_S, self._let_go, session)
 
     def _let_go(self, session: Session) -> None:
-        if session.abandoned:
-            self._sessions.pop(session.id, None)
+        is_wanted = not (session.abandoned or session.is_unattended)
+        if not is_wanted and self._sessions.get(session.id) is session:
+            del self._sessions[session.id]
             self._scenes.close(session.id)

@@ -193,7 +193,9 @@ def _register_live(app: Dash, services: Services) -> None:
             return
         session = services.sessions.get(session_id)
         session.show(run_id)
-        if ctx.websocket is not None and session.abandoned:
+        # One that slept for long was forgotten, too; one that loads is about to be attended.
+        is_left = session.abandoned or (ctx.triggered_id == "awake" and session.is_unattended)
+        if ctx.websocket is not None and is_left:
             await services.sessions.attend(session_id, run_id, Page(ctx.websocket))
 
     _in_browser(

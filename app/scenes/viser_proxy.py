@@ -172,7 +172,11 @@ class ViserScenes:
             if scene is None or not _same_origin(browser):
                 await browser.close(1008)  # before accepting: the browser sees HTTP 403
                 return
-            await _relay(browser, scene)
+            await asyncio.to_thread(scene.watch)
+            try:
+                await _relay(browser, scene)
+            finally:
+                scene.leave()
 
 
 def _same_origin(browser: WebSocket) -> bool:

@@ -32,7 +32,9 @@ _READ_STRIDE = 10
 class ViserScene:
     """Both aircraft, their paths and the gap between them. Methods may be called from any thread.
 
-    `extend` takes about a millisecond, `show` a few; `stop` may take a second.
+    Nothing is drawn while nobody looks, only kept in mind: most pages have their scene folded away
+    or show the other one. Whoever comes sees the moment. `extend` takes about a millisecond of
+    drawing, `show` a few; `stop` may take a second.
     """
 
     def __init__(self) -> None:
@@ -58,7 +60,8 @@ class ViserScene:
         self._camera: Camera | None = None
         self._stage: tuple[Array, float] | None = None
         self._aspects: dict[int, float] = {}
-        self._redraw()
+        self._watchers = 0
+        self._is_drawn = False
         usual = geometry.expected_points(Poses.start(Plan()), self._duration_s)
         self._begin_at(geometry.framed(usual, Plan().heading_deg))
         self._server.on_client_connect(self._welcome)
@@ -72,7 +75,19 @@ class ViserScene:
     @property
     def viewers(self) -> int:
         """How many pages look at this scene now."""
-        return len(self._server.get_clients())
+        return self._watchers
+
+    def watch(self) -> None:
+        """Somebody comes to look, before a socket is opened: draw, and go on drawing."""
+        with self._lock:
+            self._watchers += 1
+            if not self._is_drawn:
+                self._redraw()
+
+    def leave(self) -> None:
+        """Somebody who came has gone."""
+        with self._lock:
+            self._watchers -= 1
 
     @property
     def dark(self) -> bool:
@@ -91,15 +106,14 @@ class ViserScene:
         with self._lock:
             self._duration_s, self._onset_s = duration_s, onset_s
             self._faulted = self._mirror = self._camera = self._stage = self._readings = None
+            self._time_s = 0.0
             self._redraw()
 
     def paint(self, paint: Paint | None) -> None:
         """Colour the faulted path by a channel or a residual, in this run and those to come."""
         with self._lock:
             self._paint = paint
-            if self._faulted is not None:
-                with self._server.atomic():
-                    self._draw_flights()
+            self._draw_flights()
 
     def legend(self) -> Legend | None:
         """The key of the colours for the flight so far, None while nothing is painted."""
@@ -125,24 +139,21 @@ class ViserScene:
             readings = Readings(
                 np.asarray(samples.time_s, np.float64), samples.faulted, samples.mirror
             )
+            self._time_s = float(mirror.time_s[-1])
             if self._faulted is None or self._mirror is None or samples.index == 0:
                 self._faulted, self._mirror, self._readings = faulted, mirror, readings
-                self._drawing.clear(self._dark)
+                self._redraw()
             else:
                 assert self._readings is not None
                 self._readings = self._readings.joined(readings)
                 self._faulted = self._faulted.joined(faulted)
                 self._mirror = self._mirror.joined(mirror)
-            self._time_s = float(mirror.time_s[-1])
-            with self._server.atomic():
                 self._draw_flights()
 
     def show(self, pair: Pair, onset_s: float | None) -> None:
         """Draw a whole run; ``onset_s`` None marks no onset."""
         with self._lock:
-            if onset_s != self._onset_s:
-                self._onset_s = onset_s
-                self._drawing.clear(self._dark)
+            is_marked_anew, self._onset_s = onset_s != self._onset_s, onset_s
             self._faulted = Poses.of_flight(pair.faulted)
             self._mirror = Poses.of_flight(pair.mirror)
             thin = pair[::_READ_STRIDE]
@@ -150,7 +161,9 @@ class ViserScene:
                 thin.mirror.time_s, thin.faulted.channels, thin.mirror.channels
             )
             self._duration_s = self._time_s = float(pair.mirror.time_s[-1])
-            with self._server.atomic():
+            if is_marked_anew:
+                self._redraw()
+            else:
                 self._draw_flights()
 
     def seek(self, time_s: float | None) -> None:
@@ -159,39 +172,51 @@ class ViserScene:
         Nothing to do in an empty scene.
         """
         with self._lock:
-            if self._faulted is not None and self._mirror is not None:
+            if self._mirror is None:
+                return
+            self._time_s = float(self._mirror.time_s[-1]) if time_s is None else time_s
+            if self._is_seen():
                 with self._server.atomic():
-                    self._place(float(self._mirror.time_s[-1]) if time_s is None else time_s)
+                    self._place()
 
     def stop(self) -> None:
         """Stop the viser server and disconnect its pages. Blocks for up to a second."""
         self._server.stop()
 
+    def _is_seen(self) -> bool:
+        """Whether to draw what has changed; if not, that is noted for whoever comes."""
+        self._is_drawn = self._is_drawn and self._watchers > 0
+        return self._is_drawn
+
     def _redraw(self) -> None:
+        """Draw everything anew."""
+        self._is_drawn = self._watchers > 0
+        if not self._is_drawn:
+            return
         with self._server.atomic():
             self._server.gui.configure_theme(
                 dark_mode=self._dark, show_logo=False, show_share_button=False
             )
             self._drawing.clear(self._dark)
-            if self._faulted is not None:
-                self._draw_flights()
+            self._draw_flights()
 
     def _draw_flights(self) -> None:
-        assert self._faulted is not None and self._mirror is not None
+        if self._faulted is None or self._mirror is None or not self._is_seen():
+            return
         colours = None
         if self._paint is not None and self._readings is not None:
             drawn_s = self._faulted.thinned(DRAWN_POINTS).time_s
             colours = colours_at(self._paint, self._readings, drawn_s)
-        self._drawing.draw(self._faulted, self._mirror, self._onset_s, colours)
-        self._frame()
-        self._place(self._time_s)
+        with self._server.atomic():
+            self._drawing.draw(self._faulted, self._mirror, self._onset_s, colours)
+            self._frame()
+            self._place()
 
-    def _place(self, time_s: float) -> None:
+    def _place(self) -> None:
         assert self._faulted is not None and self._mirror is not None and self._camera is not None
-        self._time_s = time_s
         origin_ft = float(self._mirror.values[0, 2])
         wingspan_km = geometry.wingspan_km(self._camera)
-        mirror, faulted = self._mirror.at(time_s), self._faulted.at(time_s)
+        mirror, faulted = self._mirror.at(self._time_s), self._faulted.at(self._time_s)
         self._drawing.place("mirror", mirror, origin_ft, wingspan_km)
         self._drawing.place("faulted", faulted, origin_ft, wingspan_km)
         self._drawing.part(faulted, mirror, origin_ft)

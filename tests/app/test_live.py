@@ -188,6 +188,27 @@ def test_a_page_that_has_gone_ends_its_session(
     asyncio.run(scenario())
 
 
+def test_a_page_that_nobody_came_for_keeps_no_scene(
+    store: RunStore, scenes: ViserScenes, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(live, "LINGER_S", 0.1)
+
+    async def scenario() -> None:
+        sessions = Sessions(Feeds(), store, scenes, ReportDesk(store))
+        closed, read = new_session_id(), new_session_id()
+        for session_id in (closed, read):
+            sessions.get(session_id).scene()
+        task = asyncio.create_task(sessions.attend(read, None, Recorded()))
+        await until(lambda: scenes.find(closed) is None)
+        await asyncio.sleep(0.1)
+        assert scenes.find(read) is not None
+        assert sessions.get(closed).is_unattended, "and it may come back"
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
+
+    asyncio.run(scenario())
+
+
 def test_a_page_that_slept_is_served_again(store: RunStore, scenes: ViserScenes) -> None:
     async def scenario() -> Recorded:
         engine = Feeds()

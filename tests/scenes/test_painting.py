@@ -106,6 +106,7 @@ def test_the_way_between_both_is_measured_at_true_scale(flown: Flown) -> None:
 
 def test_a_scene_is_painted_live_and_whole_and_turned_to_every_view(flown: Flown) -> None:
     scene = ViserScene()
+    scene.watch()
     try:
         assert scene.legend() is None
         scene.paint(RPM_RESIDUAL)

@@ -162,8 +162,14 @@ def test_an_id_that_could_be_guessed_opens_nothing(session: str) -> None:
 
 @pytest.fixture
 def scene() -> ViserScene:
-    """A scene of its own; the test stops it."""
-    return ViserScene()
+    """A scene of its own that somebody looks at; the test stops it."""
+    return looked_at()
+
+
+def looked_at() -> ViserScene:
+    scene = ViserScene()
+    scene.watch()
+    return scene
 
 
 def test_a_streamed_flight_ends_as_the_whole_one_would(scene: ViserScene, flown: Flown) -> None:
@@ -173,7 +179,7 @@ def test_a_streamed_flight_ends_as_the_whole_one_would(scene: ViserScene, flown:
     handles = scene._server.scene._handle_from_node_name
     streamed = handles["/faulted/path"].points.copy()
     assert "/onset/post" in handles
-    whole = ViserScene()
+    whole = looked_at()
     whole.show(flown.pair, flown.fault.onset_s)
     shown = whole._server.scene._handle_from_node_name["/faulted/path"].points
     # The whole one ends a few hundredths of a second later, at 50 Hz.
@@ -220,6 +226,42 @@ def test_a_new_run_empties_the_scene(scene: ViserScene, flown: Flown) -> None:
     scene.reset()
     assert set(scene._server.scene._handle_from_node_name) <= {"/WorldAxes", "/ground"}
     scene.stop()
+
+
+def test_nothing_is_drawn_while_nobody_looks_and_a_newcomer_sees_the_moment(
+    site: Site, flown: Flown
+) -> None:
+    session = new_session()
+    scene = site.scenes.open(session)
+    sent_before = scene._server._websock_server._broadcast_buffer.message_counter
+
+    def n_sent() -> int:
+        buffer = scene._server._websock_server._broadcast_buffer
+        return int(buffer.message_counter - sent_before)
+
+    scene.reset(flown.plan.duration_s, flown.fault.onset_s)
+    batches = flown.samples()
+    for samples in batches[:-1]:
+        scene.extend(samples)
+    scene.seek(30.0)
+    scene.dark = True
+    assert n_sent() == 0
+    assert scene._server.scene._handle_from_node_name.keys() <= {"/WorldAxes"}
+
+    came = asyncio.run(received(socket_url(site, session), "ReplayDone", origin=site.url))
+    assert {"/faulted/path", "/mirror/aircraft", "/onset/post", "/apart"} <= nodes(came)
+    place = scene._server.scene._handle_from_node_name["/mirror/aircraft"].position
+    deadline = time.monotonic() + 5.0
+    while scene.viewers:
+        assert time.monotonic() < deadline, "the page has gone"
+        time.sleep(0.01)
+    drawn = n_sent()
+    scene.extend(batches[-1])
+    assert n_sent() == drawn
+    moved = asyncio.run(received(socket_url(site, session), "ReplayDone", origin=site.url))
+    assert "/mirror/aircraft" in nodes(moved)
+    now = scene._server.scene._handle_from_node_name["/mirror/aircraft"].position
+    assert abs(now - place).max() > 1.0, "where it has come to since, not where it was left"
 
 
 def test_nothing_is_printed(capfd: pytest.CaptureFixture[str]) -> None:
