@@ -90,7 +90,8 @@ def _speed(args: argparse.Namespace) -> None:
 
 def _crowd(args: argparse.Namespace) -> None:
     from app.crowd.measure import FULL, QUICK, measure
-    from app.crowd.report import BUSY, kept, lines
+    from app.crowd.report import BUSY, lines, result
+    from core.experiments.results import write_result
     from core.twin.plan import checked_number
 
     clients = int(checked_number("clients", args.clients, 2, 100))
@@ -100,7 +101,8 @@ def _crowd(args: argparse.Namespace) -> None:
         crowd = measure(clients, QUICK if args.quick else FULL, rounds, progress=show)
     if crowd.busy:
         note(BUSY)
-    content = kept(crowd, out)
+    told = result(crowd)
+    content = write_result(told, out) if out else told.to_dict()
     if args.json:
         print_json(content)
         return

@@ -35,6 +35,9 @@ ENDING_S = 900.0
 QUIET_LOAD = 1.0
 """More processes than this that want a core, besides ours, make the delays say little."""
 
+RUNS_A_READING = 10
+"""Between two looks at the server's memory."""
+
 Progress = Callable[[float], None]
 
 
@@ -214,7 +217,7 @@ async def one_after_another(server: Served, runs: int) -> list[float]:
         for number in range(1, runs + 1):
             await page.fly(*_flight(number, Flights(60.0, None)))
             await page.until_ended(ENDING_S)
-            if number % 10 == 0:
+            if number % RUNS_A_READING == 0:
                 memory_mb.append(server.server_mb)
     return memory_mb
 

@@ -1,12 +1,13 @@
 """What a crowd met, for people and for ``models/results``."""
 
-from datetime import UTC, datetime
-from pathlib import Path
-from typing import Any
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
 
-from app.crowd.measure import Crowd
-from core.experiments.provenance import provenance
-from core.jobs.files import write_json
+from app.crowd.measure import RUNS_A_READING, Crowd
+from core.experiments.drawing import BLUE, INK, ORANGE, SKY, axis, finish
+from core.experiments.results import Result
+
+GOAL_P95_S = 0.5
 
 BUSY = (
     "The machine was busy before the crowd came: delays say little of the server. Measure again "
@@ -14,17 +15,15 @@ BUSY = (
 )
 
 
-def kept(crowd: Crowd, folder: Path | None) -> dict[str, Any]:
-    """The content of ``crowd.json``, written to ``folder`` if there is one; raises `StoreError`."""
-    content = {
-        "experiment": "crowd",
-        "made_at": datetime.now(UTC).isoformat(timespec="seconds"),
-        "provenance": provenance(),
-        **crowd.to_dict(),
-    }
-    if folder is not None:
-        write_json(folder / "crowd.json", content)
-    return content
+def result(crowd: Crowd) -> Result:
+    """What is kept in ``models/results``: the figures, and delays and memory as a picture."""
+    return Result(
+        name="crowd",
+        settings={"goals": {"p95_s": GOAL_P95_S}},
+        findings=crowd.to_dict(),
+        figure=_figure(crowd),
+        summary=tuple(lines(crowd)),
+    )
 
 
 def lines(crowd: Crowd) -> list[str]:
@@ -47,3 +46,29 @@ def lines(crowd: Crowd) -> list[str]:
     memory = ", ".join(f"{mb:.0f}" for mb in crowd.alone_mb)
     told.append(f"runs on one page, the server after each tenth: {memory} MB")
     return told
+
+
+def _figure(crowd: Crowd) -> go.Figure:
+    """Above, how late samples come in each round; below, the server's memory as runs go by."""
+    figure = make_subplots(rows=2, cols=1, row_heights=[0.6, 0.4], vertical_spacing=0.22)
+    delays = {f"Round {number}": each.delays for number, each in enumerate(crowd.rounds, start=1)}
+    delays["One page reads nothing"] = crowd.unread.others
+    for title, colour, measure in (
+        ("Median", SKY, "median_s"),
+        ("95th percentile", BLUE, "p95_s"),
+    ):
+        figure.add_bar(
+            x=list(delays), y=[getattr(each, measure) for each in delays.values()], name=title,
+            marker_color=colour, row=1, col=1,
+        )  # fmt: skip
+    figure.add_hline(GOAL_P95_S, line={"color": INK, "dash": "dash"}, row=1, col=1)
+    runs = [RUNS_A_READING * number for number in range(1, len(crowd.alone_mb) + 1)]
+    figure.add_scatter(
+        x=runs, y=crowd.alone_mb, name="Server, runs on one page", mode="lines+markers",
+        line={"color": ORANGE, "width": 2.5}, row=2, col=1,
+    )  # fmt: skip
+    figure.update_yaxes(axis("Delay of samples, s", rangemode="tozero"), row=1, col=1)
+    figure.update_xaxes(axis(), row=1, col=1)
+    figure.update_yaxes(axis("Memory, MB", rangemode="tozero"), row=2, col=1)
+    figure.update_xaxes(axis("Runs", dtick=RUNS_A_READING), row=2, col=1)
+    return finish(figure, width=760, height=560, barmode="group")

@@ -116,6 +116,10 @@ def _delay(content: Content) -> str:
     return f"named {worst['median_delay_s']:.0f} s after a severe onset (median)"
 
 
+def _crowd(content: Content) -> str:
+    return f"{content['pages']} pages at once: 95 % of samples come within {content['p95_s']:.2f} s"
+
+
 def _crossed(content: Content) -> str:
     scored = {
         (row["trained"], row["tested"]): row["macro_f1"]
@@ -198,6 +202,12 @@ EXHIBITS: dict[str, Exhibit] = {
             "speed", "Speed", "What a flight costs, counted in bare JSBSim loops of the same "
             "length: the green bands are the goals.", ("speed",), "mirrortwin experiment speed",
             "Some minutes, on a quiet machine.", headline=_speed,
+        ),
+        Exhibit(
+            "crowd", "Many at once", "How late samples come when many pages fly at once, and what "
+            "memory the server takes. The dashed line is the goal.", ("crowd",),
+            "mirrortwin bench --clients 50 --out models/results",
+            "Some ten minutes, on a quiet machine.", headline=_crowd,
         ),
         Exhibit(
             "cross", "Lab and field", "Models trained in still air and in weather, each tested in "
