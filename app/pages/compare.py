@@ -219,13 +219,25 @@ def _waiting(waiting: Sequence[RunRecord]) -> html.P | None:
 
 def _empty(store: RunStore) -> html.Section:
     any_done = any(record.status == "done" for record in store.records())
-    text = (
-        "Choose runs above, or take one of the paper's comparisons: it flies what is missing."
+    first = (
+        ["Choose up to six runs above, or tick them in ", dcc.Link("Runs", href="/runs"), "."]
         if any_done
-        else "No finished run is stored yet. Fly one, or take one of the paper's comparisons: it "
-        "flies its six runs for you."
+        else ["No finished run is stored yet: ", dcc.Link("fly one", href="/"), "."]
     )
-    return html.Section(html.P(text), className="panel empty")
+    return html.Section(
+        [
+            html.P(
+                "Runs laid over one another: any channel, residual or flight path, and a table of "
+                "what differs between them."
+            ),
+            html.P(
+                [*first, " Or take one of the paper's comparisons: Fig. 6 shows where five faults "
+                 "take the aircraft, Fig. 7 what six channels read meanwhile. Runs that are "
+                 "missing are flown for you."]
+            ),
+        ],
+        className="panel empty",
+    )  # fmt: skip
 
 
 def _comparison(done: Sequence[RunRecord], preset: Preset | None) -> list[html.Section]:

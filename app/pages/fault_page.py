@@ -80,7 +80,7 @@ def _head(mode: Mode, written: ModeKnowledge) -> html.Div:
                     html.H1(mode.name),
                     html.P(written.summary),
                     html.P(
-                        f"Grows by {mode.law}; {place}."
+                        f"Growth: {mode.law}; {place}."
                         if mode.id != "nominal"
                         else "Both aircraft fly the same flight.",
                         className="note",

@@ -208,16 +208,16 @@ def _columns() -> list[dict[str, Any]]:
         }  # fmt: skip
 
     return [
-        {"field": "fault", "headerName": "Fault", "minWidth": 170, "flex": 1.2,
+        {"field": "fault", "headerName": "Fault", "minWidth": 200, "flex": 1.2,
          "cellRenderer": "RunLink"},
-        {"field": "diagnosis", "headerName": "Diagnosis", "minWidth": 200, "flex": 1.4,
+        {"field": "diagnosis", "headerName": "Diagnosis", "minWidth": 245, "flex": 1.4,
          "cellRenderer": "RunVerdict"},
         number("severity", "Severity", 100, "runFixed(params.value, 2)"),
         {"field": "status_words", "headerName": "State", "width": 96, "cellRenderer": "RunBadge"},
         {"field": "created", "headerName": "Flown (UTC)", "width": 150, "sort": "desc",
          "valueFormatter": {"function": "runMinute(params.value)"}},
-        written("tags", "Tags", 150, cellRenderer="RunTags", minWidth=120),
-        written("note", "Note", 200, tooltipField="note", minWidth=140,
+        written("tags", "Tags", 150, cellRenderer="RunTags", minWidth=90),
+        written("note", "Note", 200, tooltipField="note", minWidth=100,
                 cellEditor="agLargeTextCellEditor", cellEditorPopup=True,
                 cellEditorParams={"maxLength": MAX_NOTE, "rows": 6, "cols": 44}),
         number("onset_s", "Onset", 84, "runClock(params.value)"),

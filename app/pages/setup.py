@@ -113,7 +113,7 @@ def fault_note(mode: str) -> str:
     if mode == "nominal":
         return "No fault: both aircraft fly the same flight."
     place = "whole engine" if entry.whole_engine else f"usually cylinder {entry.cylinder}"
-    return f"Grows by {entry.law}; {place}."
+    return f"Growth: {entry.law}; {place}."
 
 
 def setup_panel(fault: Fault = DEFAULT_FAULT) -> html.Div:

@@ -53,9 +53,9 @@ def apart_words(distance_m: float) -> str:
     """A distance in both units, empty where there is none to speak of.
 
     >>> apart_words(0.4), apart_words(70.1), apart_words(4321.0)
-    ('', '230 ft (70 m) from the mirror', '14,177 ft (4.3 km) from the mirror')
+    ('', '230 ft (70 m) apart', '14,177 ft (4.3 km) apart')
     """
     if distance_m < 1.0:
         return ""
     metric = f"{distance_m:.0f} m" if distance_m < 1000.0 else f"{distance_m / 1000.0:.1f} km"
-    return f"{distance_m / 0.3048:,.0f} ft ({metric}) from the mirror"
+    return f"{distance_m / 0.3048:,.0f} ft ({metric}) apart"

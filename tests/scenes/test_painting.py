@@ -120,9 +120,9 @@ def test_a_scene_is_painted_live_and_whole_and_turned_to_every_view(flown: Flown
         line = scene._drawing._lines["/faulted/path"]
         assert line.colors.shape == line.points.shape
         text = scene._drawing._labels["faulted"].text
-        assert "from the mirror" in text
+        assert "apart" in text
         scene.seek(10.0)
-        assert "from the mirror" not in scene._drawing._labels["faulted"].text
+        assert "apart" not in scene._drawing._labels["faulted"].text
         for view in VIEWS:
             scene.look(view)
         with pytest.raises(InputError):
