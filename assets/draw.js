@@ -16,7 +16,7 @@
     const drawn = document.createElement(tag);
     for (const [name, value] of Object.entries(attributes)) {
       if (name === "style") Object.assign(drawn.style, value);
-      else if (name.startsWith("on") || (name === "href" && !value.startsWith("/"))) continue;
+      else if (name.startsWith("on") || (name === "href" && !/^\/(?!\/)/.test(value))) continue;
       else drawn.setAttribute(name, value);
     }
     drawn.append(...children.map(node));
