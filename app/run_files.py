@@ -19,7 +19,7 @@ from fastapi.responses import FileResponse, JSONResponse, PlainTextResponse
 from starlette.background import BackgroundTask
 from starlette.requests import ClientDisconnect
 
-from app.pages.words import run_title
+from app.pages.words import flown_fault, run_title
 from app.scenes.recording import write_recording
 from core.errors import InputError, MirrorTwinError, StoreError
 from core.jobs.g1000_file import RATE_HZ, g1000_csv
@@ -52,7 +52,7 @@ def with_recording(store: RunStore, run_id: str) -> None:
         return
     record = store.get(run_id)
     diagnosis, _ = store.load_result(run_id)
-    write_recording(path, store.load_pair(run_id), record.plan, record.fault, diagnosis)
+    write_recording(path, store.load_pair(run_id), record.plan, flown_fault(record), diagnosis)
 
 
 def export_runs(store: RunStore, run_ids: list[str], path: Path) -> None:

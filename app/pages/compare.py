@@ -10,7 +10,7 @@ from dash import dcc, html
 from app.pages.attributes import attributes
 from app.pages.setup import takes_cylinder
 from app.pages.shell import run_path
-from app.pages.words import STATUS_WORDS, mode_name, percent, run_title
+from app.pages.words import STATUS_WORDS, flown_fault, mode_name, percent, run_title
 from app.panels.axes import clock
 from app.panels.comparison import COLOURS, DASHES, MAX_RUNS
 from core.channels import CHANNELS, channel, unit_label
@@ -67,7 +67,9 @@ def preset_runs(preset: Preset, store: RunStore) -> list[RunRecord | None]:
     records = [
         record
         for record in store.records()
-        if record.plan == preset.plan and record.status in ("queued", "running", "done")
+        if record.plan == preset.plan
+        and record.status in ("queued", "running", "done")
+        and not record.actions
     ]
     return [
         next((record for record in records if record.fault == fault), None)
@@ -123,7 +125,7 @@ def _plan_value(name: str) -> Callable[[RunRecord], str]:
 
 def _of_fault(value: Callable[[Fault], str]) -> Callable[[RunRecord], str]:
     """A setting of the fault, which a healthy flight has no use for."""
-    return lambda record: NOTHING if record.fault.mode == "nominal" else value(record.fault)
+    return lambda record: NOTHING if record.first_fault is None else value(record.first_fault)
 
 
 def _cylinder(fault: Fault) -> str:
@@ -131,7 +133,7 @@ def _cylinder(fault: Fault) -> str:
 
 
 _FIELDS: dict[str, Callable[[RunRecord], str]] = {
-    "Fault": lambda record: mode_name(record.fault.mode),
+    "Fault": lambda record: mode_name(flown_fault(record).mode),
     "Severity": _of_fault(lambda fault: f"{fault.severity:g}"),
     "Onset": _of_fault(lambda fault: clock(fault.onset_s)),
     "Cylinder": _of_fault(_cylinder),
@@ -250,7 +252,7 @@ def _comparison(done: Sequence[RunRecord], preset: Preset | None) -> list[html.S
                 html.Div(_controls(view, done), className="compare-controls"),
                 html.P(
                     [
-                        html.Span([_line_of(place), mode_name(record.fault.mode)])
+                        html.Span([_line_of(place), mode_name(flown_fault(record).mode)])
                         for place, record in enumerate(done)
                     ],
                     className="note compare-key",
@@ -311,7 +313,7 @@ def _table(done: Sequence[RunRecord]) -> html.Div:
         html.Th(
             [
                 _line_of(place),
-                dcc.Link(mode_name(record.fault.mode), href=run_path(record.id)),
+                dcc.Link(mode_name(flown_fault(record).mode), href=run_path(record.id)),
             ],
             scope="col",
         )

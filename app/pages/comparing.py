@@ -9,7 +9,7 @@ from dash.exceptions import PreventUpdate
 
 from app.pages import compare
 from app.pages.fly import GRAPH_CONFIG
-from app.pages.words import mode_name, run_title
+from app.pages.words import flown_fault, mode_name, run_title
 from app.panels.comparison import (
     MAX_RUNS,
     PATH_STATES,
@@ -156,26 +156,26 @@ def _paths(ids: Sequence[str], store: RunStore) -> list[Any]:
 def _all_flown(ids: Sequence[str], names: Sequence[str], store: RunStore) -> list[Flown]:
     """The runs with these columns, each under the shortest name that tells it from the others."""
     records = [store.get(run_id) for run_id in ids]
-    modes = [record.fault.mode for record in records]
+    modes = [flown_fault(record).mode for record in records]
     titles = [run_title(record) for record in records]
     flown = []
-    for record, title in zip(records, titles, strict=True):
-        label = mode_name(record.fault.mode)
-        if modes.count(record.fault.mode) > 1:
+    for record, mode, title in zip(records, modes, titles, strict=True):
+        label = mode_name(mode)
+        if modes.count(mode) > 1:
             label = title if titles.count(title) == 1 else f"{title}, seed {record.plan.seed}"
         flown.append(_flown(record, label, names, store))
     return flown
 
 
 def _flown(record: RunRecord, label: str, names: Sequence[str], store: RunStore) -> Flown:
-    sides = ("faulted.", "mirror.")
+    sides, fault = ("faulted.", "mirror."), record.first_fault
     columns = store.load_columns(
         record.id, ["time_s", *(side + name for side in sides for name in names)]
     )
     return Flown(
         label=label,
         duration_s=record.plan.duration_s,
-        onset_s=None if record.fault.mode == "nominal" else record.fault.onset_s,
+        onset_s=None if fault is None else fault.onset_s,
         time_s=columns["time_s"],
         faulted={name: columns[f"faulted.{name}"] for name in names},
         mirror={name: columns[f"mirror.{name}"] for name in names},

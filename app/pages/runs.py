@@ -13,7 +13,7 @@ import dash_mantine_components as dmc
 from dash import dcc, html
 
 from app.pages.attributes import attributes
-from app.pages.words import STATUS_WORDS, mode_name
+from app.pages.words import STATUS_WORDS, flown_fault, mode_name
 from core.jobs.keeping import MAX_NOTE, Label
 from core.jobs.records import RunRecord
 
@@ -76,7 +76,7 @@ def layout(
 
 def row_of(record: RunRecord, label: Label) -> Row:
     """A run as a row: numbers as numbers, so that they sort and filter as such."""
-    plan, fault = record.plan, record.fault
+    plan, fault = record.plan, flown_fault(record)
     is_broken = fault.mode != "nominal"
     return {
         "id": record.id,

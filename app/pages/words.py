@@ -5,6 +5,7 @@ from app.panels.axes import clock
 from core.channels import channel, unit_label
 from core.diagnosis.diagnosis import Diagnosis
 from core.fmea.catalogue import catalogue
+from core.fmea.fault import Fault
 from core.jobs.events import Stage
 from core.jobs.records import RunRecord, Status
 from core.twin.events import FlightEvent
@@ -38,6 +39,11 @@ def mode_name(mode: str) -> str:
     """What people call a mode; its id where the catalogue has dropped it."""
     modes = catalogue()
     return modes[mode].name if mode in modes else mode
+
+
+def flown_fault(record: RunRecord) -> Fault:
+    """The fault that a flight had: of a live one, what was injected on the way."""
+    return record.first_fault or Fault("nominal")
 
 
 def run_title(record: RunRecord) -> str:

@@ -12,6 +12,7 @@ from dash._utils import to_json
 
 from app.pages import compare
 from app.pages.comparing import _all_flown
+from app.pages.runs import row_of
 from app.pages.shell import COMPARISONS, read_address
 from app.panels.comparison import (
     MAX_RUNS,
@@ -25,8 +26,10 @@ from app.panels.comparison import (
 from core.diagnosis.predict import load_diagnoser
 from core.experiments.fig7 import KEY_CHANNELS
 from core.fmea.fault import Fault
+from core.jobs.keeping import Label, delete
 from core.jobs.store import RunStore
 from core.report.template import write_report
+from core.twin.actions import SetFault
 from core.twin.flight import fly_pair
 from core.twin.plan import Plan
 
@@ -79,6 +82,22 @@ def test_only_what_differs_is_listed(store: RunStore, ids: list[str]) -> None:
     assert "Altitude" not in rows
     assert "Seed" not in rows
     assert rows["Severity"] == ["–", "0.8"]
+
+
+def test_a_live_flight_has_the_fault_that_was_injected(store: RunStore, ids: list[str]) -> None:
+    preset = compare.presets()["fig6"]
+    begun = SetFault(47.0, "baffle_crack", 0.6)
+    live = store.create(PLAN, Fault("nominal"), [begun])
+    store.save_pair(live.id, store.load_pair(ids[0])[:100])
+    rows = dict(compare.differences([store.get(ids[0]), live]))
+    assert rows["Fault"] == ["Nominal", "Baffle crack"]
+    assert rows["Onset"] == ["–", "00:47"]
+    (drawn,) = _all_flown([live.id], ["E1 RPM"], store)
+    assert (drawn.label, drawn.onset_s) == ("Baffle crack", 47.0)
+    assert row_of(live, Label())["fault"] == "Baffle crack"
+    acted = store.create(preset.plan, preset.faults[0], [begun])
+    assert acted.id not in [run.id for run in compare.preset_runs(preset, store) if run]
+    delete(store, [live.id, acted.id])
 
 
 def test_settings_are_told_with_units(store: RunStore) -> None:

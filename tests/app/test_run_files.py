@@ -16,6 +16,7 @@ from core.fmea.fault import Fault
 from core.jobs.keeping import discard
 from core.jobs.store import RunStore
 from core.report.template import write_report
+from core.twin.actions import SetFault
 from core.twin.flight import fly_pair
 from core.twin.plan import Plan
 
@@ -46,6 +47,19 @@ def client(store: RunStore, serve_app: Any) -> Iterator[httpx.Client]:
     run_files.mount(app, store)
     with serve_app(lambda port: app) as url, httpx.Client(base_url=url) as client:
         yield client
+
+
+def test_a_live_flight_is_recorded_with_what_was_injected(
+    store: RunStore, run_id: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    live = store.create(Plan(duration_s=60.0, seed=5), Fault(), [SetFault(20.0, "baffle_crack")])
+    store.save_pair(live.id, store.load_pair(run_id))
+    store.save_result(live.id, *store.load_result(run_id))
+    faults: list[Fault] = []
+    monkeypatch.setattr(run_files, "write_recording", lambda *args: faults.append(args[3]))
+    run_files.with_recording(store, live.id)
+    assert [(fault.mode, fault.onset_s) for fault in faults] == [("baffle_crack", 20.0)]
+    discard(store, [live.id])
 
 
 def test_a_run_is_taken_along_and_brought_back(
