@@ -221,7 +221,7 @@ def _waiting(waiting: Sequence[RunRecord]) -> html.P | None:
 
 def _empty(store: RunStore) -> html.Section:
     any_done = any(record.status == "done" for record in store.records())
-    first = (
+    first: list[Any] = (
         ["Choose up to six runs above, or tick them in ", dcc.Link("Runs", href="/runs"), "."]
         if any_done
         else ["No finished run is stored yet: ", dcc.Link("fly one", href="/"), "."]

@@ -28,6 +28,21 @@ MEASURES: dict[str, tuple[str, str]] = {
 }
 """Name and number format of every measure that a table may hold."""
 
+EXPLAINED: dict[str, str] = {
+    "accuracy": "accuracy",
+    "macro_precision": "precision",
+    "macro_recall": "recall",
+    "macro_f1": "macro_f1",
+    "ccc": "ccc",
+    "sec": "sec",
+    "dc": "dc",
+    "hr": "hr",
+}
+"""The word of the glossary that says what a measure is."""
+
+WRITERS = {"with_fmea": "model with FMEA", "no_fmea": "model without FMEA"}
+"""Who wrote the reports of Table 6, where that is not said plainly already."""
+
 
 @dataclass(frozen=True, slots=True)
 class Exhibit:
@@ -72,7 +87,7 @@ def _cost(content: Content) -> str:
 
 def _reports(content: Content) -> str:
     return "; ".join(
-        f"{row['writer'].replace('_', ' ')}: hallucination rate {row['hr']:.3f}"
+        f"{WRITERS.get(row['writer'], row['writer'])}: hallucination rate {row['hr']:.3f}"
         for row in content["rows"]
         if row["grounded"] and row["hr"] is not None
     )

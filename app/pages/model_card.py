@@ -13,6 +13,9 @@ from app.panels.scores import confusion_figure
 
 Row = Mapping[str, Any]
 
+SHOWN_MISTAKES = 10
+"""Kinds of mistake that are listed at once; the rest unfolds."""
+
 
 def card_line(card: Row) -> str:
     """How good a shipped model is, in one line."""
@@ -61,7 +64,6 @@ def _confusions(card: Row, counts: Sequence[Sequence[int]]) -> list[Any]:
     )
     if not mistakes:
         return [html.P("No window was taken for another class.")]
-    heads = {"Windows": "number", "Injected": "", "Taken for": "", "Share of its class": "number"}
     rows = [
         html.Tr(
             [
@@ -73,17 +75,14 @@ def _confusions(card: Row, counts: Sequence[Sequence[int]]) -> list[Any]:
         )
         for count, true, said, total in mistakes
     ]
-    return [
-        html.H2("What is taken for what"),
-        html.Table(
-            [
-                html.Thead(
-                    html.Tr(
-                        [html.Th(head, scope="col", className=side) for head, side in heads.items()]
-                    )
-                ),
-                html.Tbody(rows),
-            ],
-            className="plain mistakes",
-        ),
-    ]
+    parts: list[Any] = [html.H2("What is taken for what"), _table(rows[:SHOWN_MISTAKES])]
+    if rarer := rows[SHOWN_MISTAKES:]:
+        told = f"{len(rarer)} rarer kinds" if len(rarer) > 1 else "One rarer kind"
+        parts.append(html.Details([html.Summary(told), _table(rarer)], className="rarer"))
+    return parts
+
+
+def _table(rows: list[html.Tr]) -> html.Table:
+    heads = {"Windows": "number", "Injected": "", "Taken for": "", "Share of its class": "number"}
+    cells = [html.Th(head, scope="col", className=side) for head, side in heads.items()]
+    return html.Table([html.Thead(html.Tr(cells)), html.Tbody(rows)], className="plain mistakes")

@@ -7,12 +7,13 @@ from typing import Any
 from dash import dcc, html
 
 from app.pages.attributes import attributes
-from app.pages.exhibits import EXHIBITS, MEASURES, Exhibit
+from app.pages.exhibits import EXHIBITS, EXPLAINED, MEASURES, WRITERS, Exhibit
 from app.pages.faults import fault_path
 from app.pages.fly import GRAPH_CONFIG
 from app.pages.model_card import card_line, model_parts
 from app.pages.words import mode_name
 from app.panels.scores import beside_paper
+from app.panels.terms import term
 from core.experiments.paper import paper_tables
 from core.experiments.shelf import Shelved, model_cards, take
 
@@ -63,7 +64,7 @@ def _contents(name: str | None) -> html.Ul:
 
 def _overview() -> list[Any]:
     rows = [_overview_row(exhibit) for exhibit in EXHIBITS.values()]
-    heads = ("Result", "What came of it", "Conditions", "Made (UTC)")
+    heads = ("Result", "What came of it", term("lab", "Conditions"), "Made (UTC)")
     return [
         html.Section(
             [
@@ -198,7 +199,12 @@ def _scores(exhibit: Exhibit, content: Row) -> list[Any]:
 
 
 def _said(headline: str) -> html.P:
-    return html.P(f"{headline[:1].upper()}{headline[1:]}.", className="headline")
+    return html.P(f"{_capital(headline)}.", className="headline")
+
+
+def _capital(text: str) -> str:
+    """With a capital first; the others stay, for RPM and JSBSim."""
+    return text[:1].upper() + text[1:]
 
 
 def _flat(row: Row) -> dict[str, Any]:
@@ -210,7 +216,7 @@ def _flat(row: Row) -> dict[str, Any]:
         {name: value for name, value in row.items() if name in MEASURES}
         | {f"{name}_sd": value for name, value in row.get("sd", {}).items()}
         | {f"paper_{name}": value for name, value in row["paper"].items()}
-        | {"scheme": f"{row['writer'].replace('_', ' ').capitalize()}, {kind}"}
+        | {"scheme": f"{_capital(WRITERS.get(row['writer']) or row['writer'])}, {kind}"}
     )
 
 
@@ -221,7 +227,7 @@ def _score_table(rows: Sequence[Row]) -> html.Div:
         ("ours", "paper") if any(name in row for row in rows for name in measures) else ("paper",)
     )
     heads = [html.Th("", scope="col", rowSpan=2)]
-    heads += [html.Th(MEASURES[name][0], scope="colgroup", colSpan=len(sides), className="pair")
+    heads += [html.Th(_measure(name), scope="colgroup", colSpan=len(sides), className="pair")
               for name in measures]  # fmt: skip
     second = [
         html.Th(side, scope="col", className="number pair" if side == sides[0] else "number")
@@ -249,6 +255,12 @@ def _score_table(rows: Sequence[Row]) -> html.Div:
     )
 
 
+def _measure(name: str) -> str | html.Span:
+    """What a measure is called, with what it means where the glossary has it."""
+    said = MEASURES[name][0]
+    return term(EXPLAINED[name], said) if name in EXPLAINED else said
+
+
 def _pair(row: Row, name: str) -> list[html.Td]:
     form = MEASURES[name][1]
     spread = row.get(f"{name}_sd")
@@ -268,9 +280,7 @@ def _number(value: float | None, form: str) -> str:
 def _picture(exhibit: Exhibit, shelved: Shelved, prefix: str) -> list[Any]:
     name = shelved.name
     headline = exhibit.headline(shelved.content or {})
-    parts: list[Any] = (
-        [html.P(headline.capitalize() + ".", className="headline")] if headline else []
-    )
+    parts: list[Any] = [_said(headline)] if headline else []
     if shelved.picture:
         parts.append(
             html.Img(

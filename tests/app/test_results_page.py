@@ -91,7 +91,7 @@ def test_measures_of_table_6_stand_beside_the_papers(shelf: Path) -> None:
     row = {"writer": "with_fmea", "grounded": True, "ccc": 0.9, "sec": 0.8, "dc": 1.0, "hr": 0.0}
     write(shelf, "table6-lab", rows=[{**row, "sd": dict.fromkeys(paper, 0.01), "paper": paper}])
     page = sent(results.layout("table6"))
-    assert "With fmea, grounded" in page
+    assert "Model with FMEA, grounded" in page
     assert "0.900 ± 0.010" in page
     assert "0.973" in page
     assert all(name in MEASURES for name in paper)
