@@ -221,8 +221,8 @@ def _register_runs(app: Dash, services: Services) -> None:
     fields = {name: State(field_id(name), "value") for name in FIELDS}
 
     @app.callback(
+        # With an output that is not part of the page, Dash would call this when the page comes.
         output={
-            "path": Output("url", "pathname", allow_duplicate=True),
             "errors": {name: Output(error_id(name), "error") for name in FIELDS},
             "weather": Output("weather", "open"),
         },
@@ -248,13 +248,13 @@ def _register_runs(app: Dash, services: Services) -> None:
         _require(clicks)
         # Only what changes: the browser would draw every field anew before the first sample.
         errors: dict[str, Any] = {name: None if shown[name] else no_update for name in FIELDS}
-        path: Any = no_update
         try:
             plan, fault = read_form(values)
             submit = partial(
                 services.engine.submit, plan, fault, pace=live_controls.read_pace(pace)
             )
             path = await _submitted(services, session_id, submit, form_is_current=True)
+            set_props("url", {"pathname": path})
         except MirrorTwinError as error:
             if isinstance(error, InputError) and error.field in errors:
                 errors[error.field] = error.problem
@@ -262,7 +262,7 @@ def _register_runs(app: Dash, services: Services) -> None:
                 _alert("The run could not be started", str(error))
         # The weather may be folded away: an error in it must be seen.
         unfold = any(isinstance(errors[name], str) for name in WEATHER_FIELDS) or no_update
-        return {"path": path, "errors": errors, "weather": unfold}
+        return {"errors": errors, "weather": unfold}
 
     @app.callback(
         Output("url", "pathname", allow_duplicate=True),

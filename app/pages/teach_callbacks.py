@@ -5,7 +5,7 @@ import logging
 import re
 from typing import Any, TypeGuard
 
-from dash import ClientsideFunction, Dash, Input, Output, State, html, no_update
+from dash import ClientsideFunction, Dash, Input, Output, State, html, no_update, set_props
 from dash.exceptions import PreventUpdate
 
 from app.pages import teach, teach_reveal, teach_start
@@ -69,7 +69,7 @@ def _register_start(app: Dash, classroom: Classroom) -> None:
             return html.P(str(error), className="teach-error")
 
     @app.callback(
-        Output("url", "pathname", allow_duplicate=True),
+        # With an output that is not part of the page, Dash would call this when the page comes.
         Output(teach_start.START_ERROR_ID, "children"),
         Input(teach_start.START_ID, "n_clicks"),
         State("mystery-level", "value"),
@@ -82,7 +82,7 @@ def _register_start(app: Dash, classroom: Classroom) -> None:
     )
     async def start(
         clicks: int | None, level: str, modes: str, code: str | None, learner: str | None
-    ) -> tuple[Any, str]:
+    ) -> str:
         """Fly a mystery and go to it."""
         if not clicks or not _is_learner(learner):
             raise PreventUpdate
@@ -90,8 +90,9 @@ def _register_start(app: Dash, classroom: Classroom) -> None:
             challenge = _challenge(level, modes, code)
             attempt = await asyncio.to_thread(classroom.start, challenge, learner)
         except MirrorTwinError as error:
-            return no_update, str(error)
-        return teach.teach_path(attempt.id), ""
+            return str(error)
+        set_props("url", {"pathname": teach.teach_path(attempt.id)})
+        return ""
 
 
 def _register_marks(app: Dash, classroom: Classroom) -> None:

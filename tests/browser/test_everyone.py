@@ -65,6 +65,13 @@ def test_axe_finds_nothing_serious_on_any_page_in_either_theme(page: Page, serve
     expect(page.locator("#fly[data-status=done]")).to_be_visible()
     expect(page.locator("#report h2").first).to_be_visible()
     found += in_both_themes(page)
+    page.set_viewport_size({"width": 390, "height": 844})
+    found += in_both_themes(page)
+    page.locator("#scene-tab").get_by_text("Replay").click()
+    expect(page.locator("#scene iframe[sandbox]")).to_be_visible()
+    found += complaints(page)
+    assert page.evaluate("document.documentElement.scrollWidth") == 390
+    page.set_viewport_size({"width": 1440, "height": 900})
     run_id = page.evaluate("location.pathname").removeprefix("/run/")
     page.goto(f"{server.url}/compare/{run_id}")
     expect(page.locator("#compare-channels-figure .js-line").first).to_be_visible()
