@@ -23,8 +23,8 @@ LEADERS = len(theme.CLASS_COLOURS)
 NEGLIGIBLE = 0.02
 """Below this throughout, a class's line would lie on the axis: it is left out."""
 
-MIN_LEAD_WINDOWS = 6
-"""A class that leads for half a minute has its name on the chart."""
+MIN_LEAD = 0.15
+"""A class that leads for this share of the flight has its name on the chart: it has room there."""
 
 
 def leaders(classes: Sequence[str], probabilities: Array, k: int = LEADERS) -> list[str]:
@@ -69,7 +69,7 @@ def probability_figure(
             "fixedrange": True,
         },
         shapes=onset_mark(onset_s, label=label),
-        annotations=_names_on_lines(names, time_s, shares),
+        annotations=_names_on_lines(names, time_s, shares, duration_s),
     )
     columns = {mode: index for index, mode in enumerate(names)}
     # Leaders last, so that they lie on top.
@@ -94,7 +94,9 @@ def probability_figure(
     return {"data": traces, "layout": layout}
 
 
-def _names_on_lines(names: Mapping[str, str], time_s: Array, shares: Array) -> list[dict[str, Any]]:
+def _names_on_lines(
+    names: Mapping[str, str], time_s: Array, shares: Array, duration_s: float
+) -> list[dict[str, Any]]:
     """The name of each class that leads for a while, under its line, mid-way through its lead."""
     if not len(time_s):
         return []
@@ -103,7 +105,7 @@ def _names_on_lines(names: Mapping[str, str], time_s: Array, shares: Array) -> l
     annotations = []
     for column in np.unique(first):
         led = np.flatnonzero(first == column)
-        if len(led) < MIN_LEAD_WINDOWS:
+        if float(time_s[led[-1]] - time_s[led[0]]) < MIN_LEAD * duration_s:
             continue
         middle = led[len(led) // 2]
         annotations.append(
