@@ -13,6 +13,7 @@ from app.pages.shell import run_path
 from app.pages.words import STATUS_WORDS, flown_fault, mode_name, percent, run_title
 from app.panels.axes import clock
 from app.panels.comparison import COLOURS, DASHES, MAX_RUNS
+from app.panels.paths_3d import RISES
 from core.channels import CHANNELS, channel, unit_label
 from core.fmea.fault import Fault
 from core.jobs.records import RunRecord
@@ -21,9 +22,9 @@ from core.twin.plan import PLAN_RANGES, Plan
 
 COMPARE_PREFIX = "/compare/"
 
-RUNS_ID, PICK_ID, VIEW_ID, KIND_ID, CHANNELS_ID, FIGURES_ID, FLY_ID, CLOCK_ID = (
+RUNS_ID, PICK_ID, VIEW_ID, KIND_ID, CHANNELS_ID, FIGURES_ID, FLY_ID, CLOCK_ID, RISE_ID = (
     "compare-runs", "compare-pick", "compare-view", "compare-kind", "compare-channels",
-    "compare-figures", "compare-fly", "compare-clock",
+    "compare-figures", "compare-fly", "compare-clock", "compare-rise",
 )  # fmt: skip
 
 OFFERED = 200
@@ -305,7 +306,22 @@ def _controls(view: str, done: Sequence[RunRecord]) -> list[Any]:
             id="compare-channel-controls",
             className="compare-controls",
         ),
+        html.Div(
+            dmc.SegmentedControl(
+                id=RISE_ID,
+                data=[{"value": str(rise), "label": _rise_words(rise)} for rise in RISES],
+                value=str(RISES[0]),
+                size="xs",
+                **attributes(aria_label="How heights are drawn in space"),
+            ),
+            id="compare-path-controls",
+            className="compare-controls",
+        ),
     ]
+
+
+def _rise_words(rise: float) -> str:
+    return "True to scale" if rise == 1.0 else f"Heights ×{rise:g}"
 
 
 def _table(done: Sequence[RunRecord]) -> html.Div:

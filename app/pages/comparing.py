@@ -4,10 +4,11 @@ import asyncio
 from collections.abc import Sequence
 from typing import Any
 
-from dash import Dash, Input, Output, State, dcc, html, no_update
+from dash import ClientsideFunction, Dash, Input, Output, State, dcc, html, no_update
 from dash.exceptions import PreventUpdate
 
 from app.pages import compare
+from app.pages.attributes import attributes
 from app.pages.fly import GRAPH_CONFIG
 from app.pages.words import flown_fault, mode_name, run_title
 from app.panels.comparison import (
@@ -19,6 +20,7 @@ from app.panels.comparison import (
     side_figure,
     track_figure,
 )
+from app.panels.paths_3d import RISES, described, paths_figure
 from app.recorder import Recorder
 from core.channels import CHANNEL_INDEX
 from core.errors import MirrorTwinError
@@ -91,27 +93,36 @@ def register(app: Dash, engine: Engine, store: RunStore, recorder: Recorder) -> 
     @app.callback(
         Output(compare.FIGURES_ID, "children"),
         Output("compare-channel-controls", "style"),
+        Output("compare-path-controls", "style"),
         Input(compare.RUNS_ID, "data"),
         Input(compare.VIEW_ID, "value"),
         Input(compare.KIND_ID, "value"),
         Input(compare.CHANNELS_ID, "value"),
+        Input(compare.RISE_ID, "value"),
         websocket=True,
     )
     async def draw(
-        run_ids: list[str], view: str, kind: Kind, names: list[str] | None
-    ) -> tuple[Any, Any]:
+        run_ids: list[str], view: str, kind: Kind, names: list[str] | None, rise: str
+    ) -> tuple[Any, Any, Any]:
         """Draw the runs as asked."""
         channels = [name for name in names or [] if name in CHANNEL_INDEX]
         ids = [run_id for run_id in run_ids if valid_run_id(run_id)][:MAX_RUNS]
-        hidden = {"display": "none"} if view == "paths" else {}
-        if not ids or kind not in KINDS:
-            return None, hidden
+        times = next((times for times in RISES if str(times) == rise), RISES[0])
+        figures: Any = None
         try:
-            if view == "paths":
-                return await asyncio.to_thread(_paths, ids, store), hidden
-            return await asyncio.to_thread(_channels, ids, channels, kind, store), hidden
+            if ids and view == "paths":
+                figures = await asyncio.to_thread(_paths, ids, store, times)
+            elif ids and kind in KINDS:
+                figures = await asyncio.to_thread(_channels, ids, channels, kind, store)
         except MirrorTwinError as error:
-            return html.P(f"A run cannot be read: {error}", className="empty"), hidden
+            figures = html.P(f"A run cannot be read: {error}", className="empty")
+        hidden = {"display": "none"}
+        return figures, *((hidden, {}) if view == "paths" else ({}, hidden))
+
+    app.clientside_callback(  # type: ignore[no-untyped-call]  # dash types callback alone
+        ClientsideFunction("paths3d", "dress"),
+        Input(compare.FIGURES_ID, "children"),
+    )
 
 
 def _shown_at(path: str, store: RunStore) -> list[str]:
@@ -140,9 +151,10 @@ def _channels(ids: Sequence[str], names: Sequence[str], kind: Kind, store: RunSt
     return _graph("compare-channels-figure", figure)
 
 
-def _paths(ids: Sequence[str], store: RunStore) -> list[Any]:
+def _paths(ids: Sequence[str], store: RunStore, rise: float) -> list[Any]:
     runs = _all_flown(ids, PATH_STATES, store)
     return [
+        _in_space(runs, rise),
         _titled("From the side", "compare-side", side_figure(runs, against_mirror=False)),
         _titled(
             "Against the mirror, scaled to what most runs lose",
@@ -182,16 +194,36 @@ def _flown(record: RunRecord, label: str, names: Sequence[str], store: RunStore)
     )
 
 
+def _in_space(runs: Sequence[Flown], rise: float) -> html.Figure:
+    """The paths in 3D; what is to be seen there is said in words below them."""
+    figure = paths_figure(runs, rise)
+    words = described(runs)
+    # The wheel scrolls the page: `assets/paths3d.js` zooms by keys.
+    graph = _graph("compare-space", figure, {**GRAPH_CONFIG, "scrollZoom": False})
+    heights = "to scale" if rise == 1.0 else f"heights drawn ×{rise:g}"
+    return html.Figure(
+        [
+            html.Figcaption(f"In space, {heights}", className="chart-title"),
+            html.Div(graph, className="space", tabIndex=0, role="img",
+                     **attributes(aria_label=f"{words} Arrow keys turn it, + and - zoom.")),
+            html.P(words, className="note", id="compare-apart"),
+            html.P("Circle: start, cross: onset, diamond: end. Pale and dashed: the mirror of the "
+                   "first run; rungs lead there at equal times. Drag or use the arrow keys to "
+                   "turn it, + and − to zoom.", className="note"),
+        ]
+    )  # fmt: skip
+
+
 def _titled(title: str, component_id: str, figure: Any) -> html.Figure:
     return html.Figure([html.Figcaption(title, className="chart-title"),
                         _graph(component_id, figure)])  # fmt: skip
 
 
-def _graph(component_id: str, figure: Any) -> dcc.Graph:
+def _graph(component_id: str, figure: Any, config: Any = GRAPH_CONFIG) -> dcc.Graph:
     return dcc.Graph(
         id=component_id,
         figure=figure,
-        config=GRAPH_CONFIG,
+        config=config,
         responsive=True,
         style={"height": figure["layout"]["height"]},
     )

@@ -1,6 +1,7 @@
 """The page Compare: addresses, what differs, figures true to the runs."""
 
 import json
+from base64 import b64decode
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -23,6 +24,7 @@ from app.panels.comparison import (
     track_figure,
     values_of,
 )
+from app.panels.paths_3d import RISES, described, paths_figure, separations
 from core.diagnosis.predict import load_diagnoser
 from core.experiments.fig7 import KEY_CHANNELS
 from core.fmea.fault import Fault
@@ -148,6 +150,60 @@ def test_paths_are_drawn_in_feet_and_nautical_miles(store: RunStore, ids: list[s
         assert "nm" in axes.xaxis.title.text
     flown_nm = side_figure(runs, against_mirror=False)["data"][0]["x"]
     assert flown_nm["dtype"] == "f4"
+
+
+def test_paths_in_space_are_where_they_were_flown_and_drawn_to_one_scale(
+    store: RunStore, ids: list[str]
+) -> None:
+    runs = _all_flown(ids, PATH_STATES, store)
+    pair = store.load_pair(ids[1])
+    for rise in RISES:
+        figure = paths_figure(runs, rise)
+        scene = go.Figure(figure).layout.scene
+        lines = [
+            {name: np.frombuffer(b64decode(line[name]["bdata"]), np.float32) for name in "xyz"}
+            for line in figure["data"]
+        ]
+        named = dict(zip([line["name"] for line in figure["data"]], lines, strict=True))
+        assert {"Mirror of Nominal", "Engine failure, to its mirror"} <= named.keys()
+        path = next(
+            line
+            for line, trace in zip(lines, figure["data"], strict=True)
+            if trace["name"] == "Engine failure" and trace["mode"] == "lines"
+        )
+        assert path["z"][-1] == pytest.approx(pair.faulted.state("altitude_ft")[-1], abs=0.01)
+        assert 1852 * path["y"][-1] == pytest.approx(pair.faulted.state("north_m")[-1], abs=0.5)
+        # Metres a unit of the drawn box: the same along all axes, but for how heights are drawn.
+        ratio = [scene.aspectratio[name] for name in "xyz"]
+        spans = [np.diff(scene[f"{name}axis"].range).item() for name in "xyz"]
+        scales = np.array([1852.0, 1852.0, 0.3048]) * spans / ratio
+        assert scales * [1, 1, rise] == pytest.approx(np.full(3, scales[0]))
+        for name in "xyz":
+            low, high = scene[f"{name}axis"].range
+            assert all(low < np.nanmin(line[name]) for line in lines)
+            assert all(np.nanmax(line[name]) < high for line in lines)
+
+
+def test_how_far_a_flight_came_from_its_mirror_is_said_in_words(
+    store: RunStore, ids: list[str]
+) -> None:
+    runs = _all_flown(ids, PATH_STATES, store)
+    nominal, failed = separations(runs)
+    assert (nominal.label, nominal.distance_m) == ("Nominal", 0.0)
+    pair = store.load_pair(ids[1])
+    row = round(failed.time_s * 50)
+    north, east, up = (
+        (pair.faulted.state(name) - pair.mirror.state(name))[row] for name in PATH_STATES
+    )
+    expected_m = float(np.sqrt(north**2 + east**2 + (0.3048 * up) ** 2))
+    assert failed.distance_m == pytest.approx(expected_m, abs=0.01)
+    words = described(runs)
+    assert f"Engine failure, {expected_m / 0.3048:,.0f} ft ({expected_m:,.0f} m) at 0" in words
+    assert words.endswith("Nominal, none.")
+    assert described(runs[:1]).startswith("1 flight path in space")
+    elsewhere = [runs[0], replace(runs[1], mirror=runs[1].faulted)]
+    drawn = [line["name"] for line in paths_figure(elsewhere)["data"]]
+    assert "Engine failure, to its mirror" not in drawn, "it had another mirror than the one shown"
 
 
 def test_one_wild_line_does_not_flatten_the_others() -> None:

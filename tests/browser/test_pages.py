@@ -1,5 +1,6 @@
 """The pages beside Fly in a real browser: catalogue, results, comparison."""
 
+import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -122,9 +123,31 @@ def test_runs_are_chosen_and_laid_over_each_other(
     page.get_by_text("Paths", exact=True).click()
     expect(page.locator("#compare-track .scatterlayer .js-line")).to_have_count(2)
     expect(page.locator("#compare-channel-controls")).to_be_hidden()
+    space = page.locator(".space")
+    expect(space.locator("canvas").first).to_be_visible()
+    expect(space).to_have_attribute("aria-label", re.compile(r"Engine failure, [\d,]+ ft .* at 0"))
+    seen_from = once_changed(page, None)
+    space.focus()
+    page.keyboard.press("ArrowRight")
+    once_changed(page, seen_from)
+    page.get_by_text("True to scale").click()
+    expect(page.locator("figcaption", has_text="In space, to scale")).to_be_visible()
     page.reload()
     expect(lines).to_have_count(2 * 6)
     assert console_errors == []
+
+
+def once_changed(page: Page, was: float | None) -> float:
+    """From where the paths in space are looked at, as soon as that is not what it was."""
+    for _ in range(200):
+        east = page.evaluate(
+            "document.querySelector('#compare-space .js-plotly-plot')"
+            "?._fullLayout?.scene?.camera.eye.x ?? null"
+        )
+        if east != was:
+            return float(east)
+        page.wait_for_timeout(50)
+    raise AssertionError(f"still looked at from {was}")
 
 
 @pytest.mark.slow
