@@ -148,8 +148,8 @@ def confusion_figure(names: Sequence[str], counts: Sequence[Sequence[int]]) -> F
             margin={"l": 8, "r": 8, "t": 8, "b": 8},
             hovermode="closest",
             height=640,
-            xaxis={**ticks, "tickangle": -50, "title": {"text": "diagnosed as"}},
-            yaxis={**ticks, "range": [n - 0.5, -0.5], "title": {"text": "injected"}},
+            xaxis={**ticks, "tickangle": -50, "title": {"text": "diagnosed as", "standoff": 8}},
+            yaxis={**ticks, "range": [n - 0.5, -0.5], "title": {"text": "injected", "standoff": 8}},
         ),
     }
 

@@ -42,7 +42,7 @@ class Endpoint:
             self.first_token_s = time.time()
         handler.say("CHT 4 rose ")
         time.sleep(self.hold_s if first else 0.0)
-        handler.say("by 300 °F. The turbocharger failed.")
+        handler.say("by 300 °F. The <b>turbocharger</b> failed <img src=/x onerror=alert(1)>.")
         handler.wfile.write(b"data: [DONE]\n\n")
 
 
@@ -175,6 +175,8 @@ def test_a_model_writes_anew_is_checked_and_stays(
         struck.evaluate_all("all => all.map(one => one.dataset.verdict)")
     )
     expect(report.locator("#report .added")).to_have_count(len(SECTION_TITLES))
+    assert "<b>turbocharger</b>" in report.locator("#report").inner_text()
+    assert report.locator("#report :is(b, img)").count() == 0
     measures = report.locator("#report .measures").inner_text()
     assert "raw 1.00 0.00" in " ".join(measures.split())
     assert server.headers[-1]["Authorization"] == "Bearer sk-secret-of-the-test"
