@@ -2,8 +2,8 @@
 
     GET  /runs/<id>/detail?from_s=600&to_s=660
 
-The answer is JSON: ``whole`` as in a message for the tiles (`app.panels.sensors.whole`), with at
-most as many samples as the whole flight is drawn by; ``until_s``, up to when there are any; and
+The answer is JSON: ``whole``, as a message for the tiles has it (`app.panels.sensors.decimated`),
+with at most as many samples as the whole flight is drawn by; ``until_s``, up to when there are any;
 ``is_exact``, true where none was left out. Of a flight in the air it is what has been streamed.
 """
 

@@ -7,6 +7,7 @@ anew whenever that changes. A session only ever sends what its own run emits, to
 
 import asyncio
 import logging
+import math
 import re
 import secrets
 from collections.abc import Iterable
@@ -245,6 +246,10 @@ class Session:
             await page.send(view.diagnosed(diagnosis))
         if report != told:
             await page.send(reported(run_id, report))
+        # First what is looked at first: of two hours the channels are a third of what is stored.
+        channels = await asyncio.to_thread(self.store.load_channels, run_id, 0.0, math.inf)
+        await page.send(await asyncio.to_thread(view.tiles, *channels))
+        del channels
         pair = await asyncio.to_thread(self.store.load_pair, run_id)
         await page.send(await asyncio.to_thread(view.whole, pair))
         await asyncio.to_thread(self.scene().show, pair, view.onset_s)

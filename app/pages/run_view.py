@@ -22,12 +22,12 @@ from app.pages.words import (
     run_subtitle,
     run_title,
 )
-from app.panels.axes import Array, clock
+from app.panels.axes import Array, Array32, clock
 from app.panels.marks import Mark, action_marks, limit_marks, track, verdict_marks
 from app.panels.nodes import nodes
 from app.panels.probabilities import class_colours, leaders, probability_figure
 from app.panels.residuals import heat_strip
-from app.panels.sensors import cleared, whole
+from app.panels.sensors import cleared, decimated
 from app.panels.streamed import Streamed
 from core.diagnosis.diagnosis import Diagnosis
 from core.fmea.catalogue import catalogue
@@ -192,14 +192,18 @@ class RunView:
     def _flown_s(self) -> float:
         return float(self._samples[-1].time_s[-1]) if self._samples else 0.0
 
+    def tiles(self, time_s: Array, faulted: Array32, mirror: Array32) -> list[Update]:
+        """All channels of the finished flight, (n,) and (n, 23), every spike of the 50 Hz kept."""
+        whole = decimated(time_s, faulted, mirror)
+        return [Update("flight", "data", self._tiles | {"whole": whole})]
+
     def whole(self, pair: Pair) -> list[Update]:
-        """All charts of the finished flight, every spike of the 50 Hz data kept."""
+        """What else is told of the finished flight."""
         strip = heat_strip(
             pair.faulted.time_s, pair.residual, duration_s=self.duration_s, onset_s=self.onset_s
         )
         found = flight_events(pair.faulted)
         return [
-            Update("flight", "data", whole(self._tiles, pair)),
             Update(fly.STRIP_ID, "figure", strip),
             Update("flight-events", "children", event_list(found)),
             self._marked(LIMIT_MARKS_ID, limit_marks(found)),

@@ -11,6 +11,7 @@ from app.panels.axes import (
     Figure,
     bare_layout,
     clock,
+    kept_rows,
     moment,
     moments,
     onset_mark,
@@ -22,6 +23,9 @@ LEADERS = len(theme.CLASS_COLOURS)
 
 NEGLIGIBLE = 0.02
 """Below this throughout, a class's line would lie on the axis: it is left out."""
+
+POINTS_PER_LINE = 240
+"""A window every 5 s makes 1,440 in 2 h, and the chart is drawn anew with each few of them."""
 
 MIN_LEAD = 0.15
 """A class that leads for this share of the flight has its name on the chart: it has room there."""
@@ -75,13 +79,15 @@ def probability_figure(
     # Leaders last, so that they lie on top.
     likely = [mode for mode in names if shares[:, columns[mode]].max(initial=0.0) >= NEGLIGIBLE]
     order = [*(mode for mode in likely if mode not in colours), *reversed(colours)]
+    lines = {mode: shares[:, columns[mode]] for mode in order}
+    drawn = {mode: kept_rows(time_s, line, POINTS_PER_LINE) for mode, line in lines.items()}
     traces = [
         {
             "type": "scatter",
             "mode": "lines",
             "name": names[mode],
-            "x": moments(time_s),
-            "y": packed(shares[:, columns[mode]]),
+            "x": moments(time_s[drawn[mode]]),
+            "y": packed(lines[mode][drawn[mode]]),
             "line": {
                 "color": colours.get(mode, theme.CLASS_REST),
                 "width": 2 if mode in colours else 0.8,

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from app.panels.axes import Array, Array32, base64_floats, kept_rows
 from app.panels.engine_view import gauge_spec
 from core.channels import CHANNELS, Channel, unit_label
-from core.twin.trajectory import Pair
 from core.units import OTHER_UNITS
 
 POINTS_PER_LINE = 400
@@ -39,17 +38,10 @@ def cleared(
     return {"key": key, "run": run_id, "duration_s": duration_s, "onset_s": onset_s}
 
 
-def whole(tiles: dict[str, Any], pair: Pair) -> dict[str, Any]:
-    """The finished flight, at most 3 x `POINTS_PER_LINE` samples a channel, every spike kept."""
-    return tiles | {
-        "whole": decimated(pair.faulted.time_s, pair.faulted.channels, pair.mirror.channels)
-    }
-
-
 def decimated(time_s: Array, faulted: Array32, mirror: Array32) -> list[list[str]]:
-    """Of each channel of two flights, (n,) and (n, 23): time, faulted and mirror, as `whole` has.
+    """A flight and its mirror, (n,) and (n, 23): of each channel time, faulted and mirror.
 
-    At the samples that any of the three lines needs.
+    At most 3 x `POINTS_PER_LINE` samples, those that any of the three lines needs.
     """
     return [
         packed_lines(time_s, faulted[:, index], mirror[:, index]) for index in range(len(CHANNELS))

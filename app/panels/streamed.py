@@ -18,7 +18,10 @@ LIVE_POINTS = 1500
 """Samples a line is streamed with, whatever the length of the flight; all of 300 s at 5 Hz."""
 
 GROUPS = 200
-"""Stretches of which the extremes are shown: as many as `POINTS_PER_LINE` of the whole flight."""
+"""At most so many stretches, of which the extremes are shown: as many as of the whole flight."""
+
+LEAST_GROUP_S = 3
+"""The shortest stretch; what happens in one of these is told when it is over, in others at once."""
 
 STREAM_HZ = 5
 
@@ -30,7 +33,7 @@ class Streamed:
         """Start with no sample of a flight of that length."""
         self.stride = max(1, round(duration_s * STREAM_HZ / LIVE_POINTS))
         """Of so many samples one is shown."""
-        self._seconds_a_group = math.ceil(duration_s / GROUPS)
+        self._seconds_a_group = max(LEAST_GROUP_S, math.ceil(duration_s / GROUPS))
         self._n = self._n_seconds = 0
         seconds = math.ceil(duration_s) + 1
         self._time_s = np.empty(seconds * STREAM_HZ, dtype=np.float32)
@@ -85,7 +88,7 @@ class Streamed:
         groups = none_yet()
         if n:
             groups = extremes(whole.reshape(3, N_CHANNELS, n, -1))
-        if rest.size:
+        if rest.size and per > LEAST_GROUP_S:
             last = extremes(rest.reshape(3, N_CHANNELS, 1, -1))
             groups = np.concatenate([groups, last], axis=2)
         return groups

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from app.detail import part_of, streamed_part
 from app.pages.run_view import RunView
-from app.panels.sensors import cleared, whole
 from app.panels.streamed import GROUPS, LIVE_POINTS
 from core.channels import CHANNEL_INDEX, N_CHANNELS
 from core.errors import InputError, StoreError
@@ -174,9 +173,10 @@ def test_what_a_page_missed_is_sent_again(two_hours: Pair) -> None:
 
 
 def test_a_spike_is_there_in_the_whole_view(two_hours: Pair) -> None:
-    message = whole(cleared("k", 7200.0, None), two_hours)
-    assert_spikes(*map(floats, message["whole"][CHT1]))
-    assert weight(message["whole"]) < 700_000
+    flown, mirror = two_hours.faulted, two_hours.mirror
+    (update,) = view_of(TWO_HOURS).tiles(flown.time_s, flown.channels, mirror.channels)
+    assert_spikes(*map(floats, update.value["whole"][CHT1]))
+    assert weight(update.value["whole"]) < 700_000
 
 
 def weight(whole: list[list[str]]) -> int:

@@ -12,7 +12,7 @@ from app.pages import fly
 from app.panels.axes import clock, kept_rows, moment, moments, onset_mark, packed, time_axis
 from app.panels.probabilities import leaders, probability_figure
 from app.panels.residuals import COLUMNS, NOISE_SIGMA, binned_sigma, heat_strip
-from app.panels.sensors import cleared, tile_specs, whole
+from app.panels.sensors import decimated, tile_specs
 from core.channels import CHANNEL_INDEX, CHANNELS, N_CHANNELS
 from core.fmea.catalogue import catalogue
 from core.twin.trajectory import STATE_NAMES, Pair, Trajectory
@@ -158,9 +158,10 @@ class TestTiles:
 
     def test_a_whole_flight_is_small_and_keeps_its_spike(self) -> None:
         pair = made_up_pair()
-        message = whole(cleared("k", 300.0, None), pair)
-        assert sum(len(text) for rows in message["whole"] for text in rows) < 700_000
-        time_s, faulted, mirror = map(floats, message["whole"][4])
+        flown = pair.faulted
+        whole = decimated(flown.time_s, flown.channels, pair.mirror.channels)
+        assert sum(len(text) for rows in whole for text in rows) < 700_000
+        time_s, faulted, mirror = map(floats, whole[4])
         assert len(time_s) == len(faulted) == len(mirror)
         assert (faulted - mirror).max() == pytest.approx(500.0, abs=0.01)
         assert time_s[np.argmax(faulted - mirror)] == pytest.approx(140.0)
