@@ -249,9 +249,10 @@ class Session:
         # First what is looked at first: of two hours the channels are a third of what is stored.
         channels = await asyncio.to_thread(self.store.load_channels, run_id, 0.0, math.inf)
         await page.send(await asyncio.to_thread(view.tiles, *channels))
+        await page.send(await asyncio.to_thread(view.strip, *channels))
         del channels
         pair = await asyncio.to_thread(self.store.load_pair, run_id)
-        await page.send(await asyncio.to_thread(view.whole, pair))
+        await page.send(await asyncio.to_thread(view.happened, pair))
         await asyncio.to_thread(self.scene().show, pair, view.onset_s)
         return report
 

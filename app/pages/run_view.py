@@ -197,14 +197,17 @@ class RunView:
         whole = decimated(time_s, faulted, mirror)
         return [Update("flight", "data", self._tiles | {"whole": whole})]
 
-    def whole(self, pair: Pair) -> list[Update]:
-        """What else is told of the finished flight."""
+    def strip(self, time_s: Array, faulted: Array32, mirror: Array32) -> list[Update]:
+        """The residuals of the same in sigma."""
         strip = heat_strip(
-            pair.faulted.time_s, pair.residual, duration_s=self.duration_s, onset_s=self.onset_s
+            time_s, faulted - mirror, duration_s=self.duration_s, onset_s=self.onset_s
         )
+        return [Update(fly.STRIP_ID, "figure", strip)]
+
+    def happened(self, pair: Pair) -> list[Update]:
+        """What happened on the finished flight: limits crossed, control lost."""
         found = flight_events(pair.faulted)
         return [
-            Update(fly.STRIP_ID, "figure", strip),
             Update("flight-events", "children", event_list(found)),
             self._marked(LIMIT_MARKS_ID, limit_marks(found)),
         ]
