@@ -91,16 +91,20 @@ def track(
         "run": run_id,
         "classes": [{"name": name, "colour": colours.get(mode)} for mode, name in names.items()],
         "time_s": [round(float(time), 2) for time in time_s],
-        "leaders": [_leaders(window) for window in np.asarray(probabilities)],
+        "leaders": _leaders(np.asarray(probabilities)),
     }
 
 
-def _leaders(window: Array) -> list[tuple[int, float]]:
-    order = np.argsort(-window, kind="stable")[:LEADERS]
+def _leaders(windows: Array) -> list[list[tuple[int, float]]]:
+    order = np.argsort(-windows, axis=1, kind="stable")[:, :LEADERS]
+    shares = np.take_along_axis(windows, order, axis=1)
     return [
-        (int(place), round(float(window[place]), 4))
-        for place in order
-        if window[place] >= LEAST_SHARE
+        [
+            (place, round(share, 4))
+            for place, share in zip(*window, strict=True)
+            if share >= LEAST_SHARE
+        ]
+        for window in zip(order.tolist(), shares.tolist(), strict=True)
     ]
 
 

@@ -6,7 +6,7 @@ import pickle
 import secrets
 import signal
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import suppress
+from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -172,7 +172,8 @@ def live_task(key: str, run_id: str, plan: Plan, fault: Fault) -> RunResult | Fa
             flight = LiveFlight(
                 plan, fault, inbox, lambda done: line.emit(Acted(run_id, done)), line.stay
             )
-            result = _followed(run_id, plan.conditions, flight.blocks(), line.emit)
+            with closing(flight.blocks()) as blocks:
+                result = _followed(run_id, plan.conditions, blocks, line.emit)
             return replace(result, actions=in_order(flight.actions, plan))
 
     secede()
