@@ -1,6 +1,7 @@
 """One run as the page shows it: events in, property updates out. Nothing is sent from here."""
 
 import secrets
+import time
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -40,6 +41,9 @@ from core.twin.trajectory import Pair
 
 STRIP_FRAMES = 20
 """The heat strip is drawn anew this often at most: each time costs 19 kB."""
+
+JUDGED_S = 1.0
+"""So long a new answer stands at least, if the flight goes on: each costs 25 kB and a chart drawn."""
 
 
 class Update(NamedTuple):
@@ -92,6 +96,8 @@ class RunView:
         self._samples: list[events.Samples] = []
         self._stream = Streamed(self.duration_s)
         self._windows: list[events.Probabilities] = []
+        self._is_judged = True
+        self._judge_at_s = 0.0
 
     def opening(self, *, fill_form: bool) -> list[Update]:
         """The page as it turns to this run: its name, its state, its settings in the form."""
@@ -125,7 +131,7 @@ class RunView:
     def changes(self, batch: Sequence[events.Event]) -> list[Update]:
         """What a batch of events, in order, changes on the page."""
         updates: list[Update] = []
-        flown, judged = False, False
+        flown = False
         for event in batch:
             match event:
                 case events.Started(attempt=attempt):
@@ -142,9 +148,9 @@ class RunView:
                     flown = True
                 case events.Probabilities():
                     self._windows.append(event)
-                    judged = True
+                    self._is_judged = False
                 case events.Diagnosed(diagnosis=diagnosis):
-                    judged = False
+                    self._is_judged = True
                     updates += self.diagnosed(diagnosis)
                 case events.Reported(report=report):
                     updates += reported(self.record.id, report)
@@ -156,7 +162,9 @@ class RunView:
                     updates += self._state("done")
         if flown and self._samples:
             updates += self._flown()
-        if judged and self._windows:
+        if not self._is_judged and (self._is_paused or time.monotonic() >= self._judge_at_s):
+            self._is_judged = True
+            self._judge_at_s = time.monotonic() + JUDGED_S
             updates += self._judged()
         return updates
 
