@@ -43,7 +43,7 @@ STRIP_FRAMES = 20
 """The heat strip is drawn anew this often at most: each time costs 19 kB."""
 
 JUDGED_S = 1.0
-"""So long a new answer stands at least, if the flight goes on: each costs 25 kB and a chart drawn."""
+"""So long an answer stands at least while the flight goes on: each costs 25 kB and a drawing."""
 
 
 class Update(NamedTuple):

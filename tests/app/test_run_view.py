@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from dash._utils import to_json
 
+from app.pages import run_view
 from app.pages.report_panel import whole_report
 from app.pages.run_view import RunView, Update
 from core.channels import N_CHANNELS
@@ -118,8 +119,9 @@ def test_only_buttons_that_do_something_are_shown(
         assert event.message in str(page["alert", "children"])
 
 
-def test_a_whole_run_sends_less_than_two_megabytes() -> None:
-    """300 s in the most frames there can be: one a block, the page never behind."""
+def test_a_whole_run_sends_less_than_two_megabytes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """300 s in the most frames there can be: one a block, each with an answer."""
+    monkeypatch.setattr(run_view.time, "monotonic", lambda: np.inf)
     plan, fault = Plan(seed=3), Fault("engine_run_rough", 0.8, 60.0)
     pair = fly_pair(plan, fault)
     view = view_of(mode="engine_run_rough")
@@ -163,3 +165,18 @@ def test_a_diagnosis_that_deserves_no_trust_says_so() -> None:
     elsewhere = RunView(replace(sound.record, plan=plan))
     (learnt,) = shown(elsewhere.diagnosed(diagnosis()))[notes]
     assert "lab flights" in learnt.children and "field flight" in learnt.children
+
+
+def test_an_answer_stands_for_a_while_unless_the_flight_is_paused(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    view, chart = view_of(), ("probabilities", "figure")
+    assert chart in shown(view.changes([samples(0, 150), window(150)]))
+    assert chart not in shown(view.changes([samples(150, 25), window(175)]))
+    paused = shown(view.changes([events.Paced("r", 10.0, True)]))
+    assert len(paused["answers-track", "data"]["time_s"]) == 2
+    view.changes([events.Paced("r", 10.0, False), window(200)])
+    monkeypatch.setattr(run_view.time, "monotonic", lambda: np.inf)
+    late = shown(view.changes([samples(175, 5)]))
+    assert len(late["answers-track", "data"]["time_s"]) == 3
+    assert chart not in shown(view.changes([samples(180, 5)]))
