@@ -231,10 +231,9 @@ def _run(app: FastAPI, listener: socket.socket) -> None:
         timeout_graceful_shutdown=3,
     )
     # What has been loaded stays: looked through for garbage again and again, it would hold up all
-    # pages for a third of a second every few. What comes later is looked through more rarely.
+    # pages for a third of a second every few.
     gc.collect()
     gc.freeze()
-    gc.set_threshold(5_000, 20, 20)
     uvicorn.Server(config).run(sockets=[listener])
 
 

@@ -123,7 +123,8 @@ class _Line:
 
     def emit(self, event: Event) -> None:
         self.stay()
-        pickled = pickle.dumps(event, protocol=5)
+        # Not 5: arrays would come back as views, each two objects more to look through for garbage.
+        pickled = pickle.dumps(event, protocol=4)
         self._worker.log_event(
             TOPIC, (self._run_id, self._key, self._worker.address, self.start, pickled)
         )
