@@ -10,7 +10,7 @@ from dash import dcc, html
 from app.pages.attributes import attributes
 from app.pages.setup import takes_cylinder
 from app.pages.shell import run_path
-from app.pages.words import STATUS_WORDS, flown_fault, mode_name, percent, run_title
+from app.pages.words import STATUS_WORDS, flown_fault, mode_name, percent, run_title, short_titles
 from app.panels.axes import clock
 from app.panels.comparison import COLOURS, DASHES, MAX_RUNS
 from app.panels.paths_3d import RISES
@@ -253,8 +253,8 @@ def _comparison(done: Sequence[RunRecord], preset: Preset | None) -> list[html.S
                 html.Div(_controls(view, done), className="compare-controls"),
                 html.P(
                     [
-                        html.Span([_line_of(place), mode_name(flown_fault(record).mode)])
-                        for place, record in enumerate(done)
+                        html.Span([_line_of(place), title])
+                        for place, title in enumerate(short_titles(done))
                     ],
                     className="note compare-key",
                 ),
@@ -329,11 +329,11 @@ def _table(done: Sequence[RunRecord]) -> html.Div:
         html.Th(
             [
                 _line_of(place),
-                dcc.Link(mode_name(flown_fault(record).mode), href=run_path(record.id)),
+                dcc.Link(title, href=run_path(record.id)),
             ],
             scope="col",
         )
-        for place, record in enumerate(done)
+        for place, (record, title) in enumerate(zip(done, short_titles(done), strict=True))
     ]
     rows = differences(done)
     rows.append(("Diagnosis", [_verdict(record) for record in done]))

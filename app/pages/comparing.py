@@ -10,7 +10,7 @@ from dash.exceptions import PreventUpdate
 from app.pages import compare
 from app.pages.attributes import attributes
 from app.pages.fly import GRAPH_CONFIG
-from app.pages.words import flown_fault, mode_name, run_title
+from app.pages.words import short_titles
 from app.panels.comparison import (
     MAX_RUNS,
     PATH_STATES,
@@ -168,15 +168,10 @@ def _paths(ids: Sequence[str], store: RunStore, rise: float) -> list[Any]:
 def _all_flown(ids: Sequence[str], names: Sequence[str], store: RunStore) -> list[Flown]:
     """The runs with these columns, each under the shortest name that tells it from the others."""
     records = [store.get(run_id) for run_id in ids]
-    modes = [flown_fault(record).mode for record in records]
-    titles = [run_title(record) for record in records]
-    flown = []
-    for record, mode, title in zip(records, modes, titles, strict=True):
-        label = mode_name(mode)
-        if modes.count(mode) > 1:
-            label = title if titles.count(title) == 1 else f"{title}, seed {record.plan.seed}"
-        flown.append(_flown(record, label, names, store))
-    return flown
+    return [
+        _flown(record, title, names, store)
+        for record, title in zip(records, short_titles(records), strict=True)
+    ]
 
 
 def _flown(record: RunRecord, label: str, names: Sequence[str], store: RunStore) -> Flown:

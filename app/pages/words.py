@@ -1,5 +1,7 @@
 """Runs in words: titles, plans, stages and flight events, with their units."""
 
+from collections.abc import Sequence
+
 from app.pages.setup import takes_cylinder
 from app.panels.axes import clock
 from core.channels import channel, unit_label
@@ -53,6 +55,20 @@ def run_title(record: RunRecord) -> str:
         return mode_name("nominal")
     where = f", cylinder {fault.target_cylinder}" if takes_cylinder(fault.mode) else ""
     return f"{mode_name(fault.mode)}{where}, severity {fault.severity:.2f}"
+
+
+def short_titles(records: Sequence[RunRecord]) -> list[str]:
+    """Of each run the shortest title that tells it from the others."""
+    modes = [flown_fault(record).mode for record in records]
+    titles = [run_title(record) for record in records]
+    return [
+        mode_name(mode)
+        if modes.count(mode) == 1
+        else title
+        if titles.count(title) == 1
+        else f"{title}, seed {record.plan.seed}"
+        for record, mode, title in zip(records, modes, titles, strict=True)
+    ]
 
 
 def run_subtitle(record: RunRecord) -> str:

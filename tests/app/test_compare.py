@@ -15,6 +15,7 @@ from app.pages import compare
 from app.pages.comparing import _all_flown
 from app.pages.runs import row_of
 from app.pages.shell import COMPARISONS, read_address
+from app.pages.words import short_titles
 from app.panels.comparison import (
     MAX_RUNS,
     PATH_STATES,
@@ -221,3 +222,17 @@ def test_some_columns_are_read_as_stored(store: RunStore, ids: list[str], tmp_pa
     assert np.array_equal(columns["time_s"], pair.faulted.time_s)
     assert np.array_equal(columns["faulted.E1 OilT"], pair.faulted.channel("E1 OilT"))
     assert np.array_equal(columns["mirror.altitude_ft"], pair.mirror.state("altitude_ft"))
+
+
+def test_runs_of_one_mode_are_told_apart_by_name(store: RunStore) -> None:
+    ids = [record.id for record in store.records() if record.status == "done"]
+    (again,) = (store.get(run_id) for run_id in ids if store.get(run_id).fault.mode != "nominal")
+    milder = replace(again, id="20261123T061500-aaaaaaaa", fault=replace(again.fault, severity=0.3))
+    twin = replace(again, id="20261123T061500-bbbbbbbb", plan=replace(PLAN, seed=9))
+    assert short_titles([again]) == ["Engine failure"]
+    assert short_titles([again, milder]) == [
+        "Engine failure, severity 0.80",
+        "Engine failure, severity 0.30",
+    ]
+    assert short_titles([again, twin])[1] == "Engine failure, severity 0.80, seed 9"
+    assert sent(compare._table([again, milder])).count("severity 0.30") == 1
