@@ -170,13 +170,15 @@ def test_viser_shows_both_paths_and_comes_back_after_a_break(
         lambda: set(scene._server.get_clients()) - before,
         "the page to reconnect by itself, unfocused in its iframe",
     )
-    end = viser_position(frame, "/mirror/aircraft")
+
+    def together() -> bool | None:
+        """Whether both aircraft are at one place; None while one of them is not there."""
+        places = [viser_position(frame, f"/{name}/aircraft") for name in ("faulted", "mirror")]
+        return np.allclose(*places, atol=1e-6) if all(places) else None
+
+    wait(lambda: together() is False, "both aircraft at the end of their flights")
     scene.seek(20.0)
-    wait(lambda: viser_position(frame, "/mirror/aircraft") not in ([], end), "the seek")
-    np.testing.assert_allclose(
-        viser_position(frame, "/mirror/aircraft"), viser_position(frame, "/faulted/aircraft"),
-        atol=1e-6,
-    )  # fmt: skip
+    wait(together, "the moment before the fault, when they were at one place")
     assert console_errors == []
 
 
