@@ -77,6 +77,8 @@ class Cluster:
             self._closed = True
         self._client.close()
         if self._local is not None:
+            # It speaks again once it is closed, of what was not sent to the workers any more.
+            logging.getLogger("distributed").setLevel(logging.CRITICAL)
             _kill_workers(self._local)
             self._local.close()
 
