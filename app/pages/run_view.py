@@ -93,7 +93,7 @@ class RunView:
         self._tiles = cleared(key, self.duration_s, self.onset_s, self.record.id)
         self._is_paused = False
         self._strip_s = 0.0
-        self._samples: list[events.Samples] = []
+        self._left: list[tuple[int, float]] = []  # of each block its first sample, and when it left
         self._stream = Streamed(self.duration_s)
         self._windows: list[events.Probabilities] = []
         self._is_judged = True
@@ -126,7 +126,7 @@ class RunView:
             Update("scrub", "max", self.duration_s),
             Update("scrub", "marks", self._scrub_marks()),
         ]
-        return updates if self._samples else [Update("flight", "data", self._tiles), *updates]
+        return updates if self._left else [Update("flight", "data", self._tiles), *updates]
 
     def changes(self, batch: Sequence[events.Event]) -> list[Update]:
         """What a batch of events, in order, changes on the page."""
@@ -143,7 +143,7 @@ class RunView:
                 case events.Acted():
                     updates += self._acted(event)
                 case events.Samples():
-                    self._samples.append(event)
+                    self._left.append((event.index, event.flown_at_s))
                     self._stream.push(event)
                     flown = True
                 case events.Probabilities():
@@ -160,7 +160,7 @@ class RunView:
                     updates += self._state("cancelled")
                 case events.Finished():
                     updates += self._state("done")
-        if flown and self._samples:
+        if flown and self._left:
             updates += self._flown()
         if not self._is_judged and (self._is_paused or time.monotonic() >= self._judge_at_s):
             self._is_judged = True
@@ -182,7 +182,7 @@ class RunView:
         bar = live_controls.paced(event.pace, event.is_paused)
         updates = [Update(name, prop, value) for (name, prop), value in bar.items()]
         self._is_paused = event.is_paused
-        return [*updates, self._stage("flying")] if self._samples else updates
+        return [*updates, self._stage("flying")] if self._left else updates
 
     def _acted(self, event: events.Acted) -> list[Update]:
         self.record = replace(self.record, actions=event.actions)
@@ -198,7 +198,7 @@ class RunView:
         return [] if self.onset_s is None else [{"value": self.onset_s}]
 
     def _flown_s(self) -> float:
-        return float(self._samples[-1].time_s[-1]) if self._samples else 0.0
+        return float(self._stream.time_s[-1]) if self._left else 0.0
 
     def tiles(self, time_s: Array, faulted: Array32, mirror: Array32) -> list[Update]:
         """All channels of the finished flight, (n,) and (n, 23), every spike of the 50 Hz kept."""
@@ -256,8 +256,7 @@ class RunView:
 
     def _flown_at_s(self, index: int) -> float:
         """When the sample of that number left the flight, or the first of its block did."""
-        parts = reversed(self._samples)
-        return next((part.flown_at_s for part in parts if part.index <= index), 0.0)
+        return next((at_s for first, at_s in reversed(self._left) if first <= index), 0.0)
 
     def _held(self) -> int:
         """How many samples of this very flight the page has said to hold."""
@@ -304,7 +303,7 @@ class RunView:
 
     def _stage(self, stage: events.Stage) -> Update:
         words = STAGES[stage]
-        if stage == "flying" and self._samples:
+        if stage == "flying" and self._left:
             verb = "Paused at" if self._is_paused else words
             words = f"{verb} {clock(self._flown_s())} of {clock(self.duration_s)}"
         return Update("stage", "children", words)

@@ -5,6 +5,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from app.scenes.geometry import Array, Camera, Poses, drawn_positions
+from core.units import FOOT_M
 
 View = Literal["whole", "chase", "side", "free"]
 VIEWS: tuple[View, ...] = get_args(View)
@@ -58,4 +59,4 @@ def apart_words(distance_m: float) -> str:
     if distance_m < 1.0:
         return ""
     metric = f"{distance_m:.0f} m" if distance_m < 1000.0 else f"{distance_m / 1000.0:.1f} km"
-    return f"{distance_m / 0.3048:,.0f} ft ({metric}) apart"
+    return f"{distance_m / FOOT_M:,.0f} ft ({metric}) apart"
