@@ -10,6 +10,7 @@ import time
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
+from statistics import fmean, stdev
 from typing import Any, TypedDict, Unpack
 
 from core.diagnosis.card import Card, load_model, read_card
@@ -187,6 +188,18 @@ def scored(card: Card | None) -> dict[str, Any]:
         return dict.fromkeys(SCORES)
     found = card["scores"]["test_windows"]
     return {name: found[name] for name in SCORES}
+
+
+def over_seeds(cards: Iterable[Card | None]) -> dict[str, Any]:
+    """Mean and standard deviation of the scores over those seeds that were run, and each run."""
+    done = [card for card in cards if card is not None]
+    scores = [scored(card) for card in done]
+    row: dict[str, Any] = {}
+    for name in SCORES:
+        values = [each[name] for each in scores]
+        row[name] = fmean(values) if values else None
+        row[f"{name}_sd"] = stdev(values) if len(values) > 1 else None
+    return row | {"seeds_run": len(done), "runs": [told(card) for card in done]}
 
 
 def told(card: Card) -> dict[str, Any]:

@@ -13,7 +13,7 @@ pytestmark = pytest.mark.browser
 TIMEOUT_MS = 120_000
 PAGES = {
     "/": "#tile-0 canvas",
-    "/runs": "h1",
+    "/runs": ".ag-row .ag-cell, .empty",
     "/compare": "h1",
     "/faults": ".matrix td",
     "/faults/baffle_seal": ".growth .js-line",
