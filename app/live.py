@@ -20,7 +20,8 @@ from dash.exceptions import WebsocketDisconnected
 
 from app.frames import FRAME_S, frames, joined
 from app.pages.report_writing import ReportDesk
-from app.pages.run_view import RunView, Update, alert, idle, reported, watched
+from app.pages.run_view import RunView, idle, reported, watched
+from app.pages.wiring import Update, alert
 from app.scenes.viser_proxy import ViserScenes
 from app.scenes.viser_scene import ViserScene
 from core.errors import InputError, MirrorTwinError

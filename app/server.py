@@ -27,6 +27,7 @@ from app.live import Sessions
 from app.pages import callbacks, cell_runs, comparing, scene_controls, shell
 from app.pages.report_files import mount as mount_reports
 from app.pages.report_writing import ReportDesk
+from app.pages.services import Services
 from app.recorder import Recorder, warm_up
 from app.scenes.recordings import Recordings
 from app.scenes.viser_proxy import ViserScenes
@@ -94,7 +95,7 @@ def create_app(
     sessions = Sessions(engine, store, scenes, desk)
     sandbox = sandbox_prefix(token)
     classroom = Classroom(store, engine.fly_unseen)
-    services = callbacks.Services(engine, store, sessions, recorder, desk, classroom, sandbox)
+    services = Services(engine, store, sessions, recorder, desk, classroom, sandbox)
     callbacks.register(dash, services)
     comparing.register(dash, engine, store, recorder)
     cell_runs.register(dash, engine, store, recorder)

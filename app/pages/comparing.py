@@ -4,12 +4,13 @@ import asyncio
 from collections.abc import Sequence
 from typing import Any
 
-from dash import ClientsideFunction, Dash, Input, Output, State, dcc, html, no_update
+from dash import Dash, Input, Output, State, dcc, html, no_update
 from dash.exceptions import PreventUpdate
 
 from app.pages import compare
 from app.pages.attributes import attributes
 from app.pages.fly import GRAPH_CONFIG
+from app.pages.wiring import in_browser
 from app.pages.words import short_titles
 from app.panels.comparison import (
     MAX_RUNS,
@@ -119,10 +120,7 @@ def register(app: Dash, engine: Engine, store: RunStore, recorder: Recorder) -> 
         hidden = {"display": "none"}
         return figures, *((hidden, {}) if view == "paths" else ({}, hidden))
 
-    app.clientside_callback(  # type: ignore[no-untyped-call]  # dash types callback alone
-        ClientsideFunction("paths3d", "dress"),
-        Input(compare.FIGURES_ID, "children"),
-    )
+    in_browser(app, "paths3d", "dress", Input(compare.FIGURES_ID, "children"))
 
 
 def _shown_at(path: str, store: RunStore) -> list[str]:

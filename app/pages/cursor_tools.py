@@ -4,9 +4,10 @@
 """
 
 import dash_mantine_components as dmc
-from dash import ClientsideFunction, Dash, Input, Output, dcc, html
+from dash import Dash, Input, Output, dcc, html
 
 from app.pages.attributes import attributes
+from app.pages.wiring import in_browser
 from core.units import QUANTITIES
 
 UNIT_CHOICES = {
@@ -50,19 +51,12 @@ def cursor_tools() -> html.Div:
 
 def register(app: Dash) -> None:
     """Attach to ``app`` what the browser does by itself."""
-    in_browser: dict[tuple[str, str], tuple[Output | Input, ...]] = {
-        # With an output: Dash calls what has none only when its inputs change.
-        ("flight", "chooseUnits"): (Output("units-chosen", "children"), Input("units", "value")),
-        ("cursor", "showMarks"): (
-            Input(VERDICT_MARKS_ID, "data"), Input(LIMIT_MARKS_ID, "data"),
-            Input(ACTION_MARKS_ID, "data"),
-        ),
-        ("ranking", "take"): (Input(TRACK_ID, "data"),),
-    }  # fmt: skip
-    for name, dependencies in in_browser.items():
-        app.clientside_callback(  # type: ignore[no-untyped-call]  # dash types callback alone
-            ClientsideFunction(*name), *dependencies
-        )
+    # With an output: Dash calls what has none only when its inputs change.
+    units = Output("units-chosen", "children"), Input("units", "value")
+    in_browser(app, "flight", "chooseUnits", *units)
+    marks = (VERDICT_MARKS_ID, LIMIT_MARKS_ID, ACTION_MARKS_ID)
+    in_browser(app, "cursor", "showMarks", *(Input(store, "data") for store in marks))
+    in_browser(app, "ranking", "take", Input(TRACK_ID, "data"))
 
 
 def _button(button_id: str, text: str, title: str, *, hidden: bool = False) -> html.Button:

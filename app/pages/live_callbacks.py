@@ -1,20 +1,20 @@
 """The wiring of a live flight: from a click to the engine. What comes of it, the stream shows."""
 
 import asyncio
-from collections.abc import Callable
 from typing import Any
 
 from dash import Dash, Input, Output, State, ctx
 from dash.exceptions import PreventUpdate
 
 from app.pages import live_controls
+from app.pages.wiring import show_error
 from core.errors import InputError, MirrorTwinError
 from core.jobs.engine import Engine
 from core.jobs.live import PACES
 
 
-def register(app: Dash, engine: Engine, alert: Callable[[str, str], None]) -> None:
-    """Attach the callbacks of the live bar; ``alert`` shows an error on the page."""
+def register(app: Dash, engine: Engine) -> None:
+    """Attach the callbacks of the live bar."""
     by_button = {live_controls.pace_id(pace): pace for pace in PACES}
 
     @app.callback(
@@ -35,7 +35,7 @@ def register(app: Dash, engine: Engine, alert: Callable[[str, str], None]) -> No
         try:
             await asyncio.to_thread(engine.steer, run_id, pace=pace, is_paused=is_paused)
         except MirrorTwinError as error:
-            alert("That did not work", str(error))
+            show_error("That did not work", str(error))
 
     @app.callback(
         output={
@@ -67,5 +67,5 @@ def register(app: Dash, engine: Engine, alert: Callable[[str, str], None]) -> No
             if isinstance(error, InputError) and error.field in errors:
                 errors[error.field] = error.problem
             else:
-                alert("That did not work", str(error))
+                show_error("That did not work", str(error))
         return errors

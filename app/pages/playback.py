@@ -5,13 +5,13 @@
 
 import asyncio
 from collections.abc import Callable
-from typing import Any
 
 import dash_mantine_components as dmc
-from dash import ClientsideFunction, Dash, Input, State, dcc, html
+from dash import Dash, Input, State, dcc, html
 
 from app.pages.attributes import attributes
 from app.pages.present import present_button
+from app.pages.wiring import in_browser
 from app.panels.axes import clock
 
 SPEEDS = (1, 10, 60)
@@ -69,11 +69,5 @@ def register(app: Dash, seek: Callable[[str, float | None], None]) -> None:
         """Move the aircraft of the live view with the cursor."""
         await asyncio.to_thread(seek, session_id, time_s)
 
-    in_browser: list[tuple[str, tuple[Any, ...]]] = [
-        ("scrub", (Input("scrub", "value"),)),
-        ("setSpeed", (Input("play-speed", "value"),)),
-    ]
-    for name, dependencies in in_browser:
-        app.clientside_callback(  # type: ignore[no-untyped-call]  # dash types callback alone
-            ClientsideFunction("cursor", name), *dependencies
-        )
+    in_browser(app, "cursor", "scrub", Input("scrub", "value"))
+    in_browser(app, "cursor", "setSpeed", Input("play-speed", "value"))

@@ -4,9 +4,10 @@ It is Fly itself, at an address of its own: what runs goes on running, and the o
 moves everything. ``assets/present.js`` and ``assets/present.css`` do the rest.
 """
 
-from dash import ClientsideFunction, Dash, Input, Output, dcc, html
+from dash import Dash, Input, Output, dcc, html
 
 from app.pages.attributes import attributes
+from app.pages.wiring import in_browser
 from core.channels import CHANNEL_INDEX, CYLINDERS, cht_name, egt_name
 
 PRESENT_PREFIX = "/present/"
@@ -42,8 +43,10 @@ def present_button() -> html.Div:
 
 def register(app: Dash) -> None:
     """Attach the switch to the address in ``app``."""
-    app.clientside_callback(  # type: ignore[no-untyped-call]  # dash types callback alone
-        ClientsideFunction("present", "follow"),
+    in_browser(
+        app,
+        "present",
+        "follow",
         Output("presenting", "data"),
         Input("url", "pathname"),
         Input("wall", "data"),

@@ -1,18 +1,14 @@
 """The wiring of the panel *Report*: write anew, stop, ask."""
 
-from collections.abc import Callable
-
 from dash import Dash, Input, Output, State
 from dash.exceptions import PreventUpdate
 
 from app.pages.report_writing import ReportDesk
+from app.pages.wiring import show_error
 from core.errors import MirrorTwinError
 
-Alert = Callable[[str, str], None]
-"""Shows an error on the page: its title and what it says."""
 
-
-def register(app: Dash, desk: ReportDesk, alert: Alert) -> None:
+def register(app: Dash, desk: ReportDesk) -> None:
     """Attach the callbacks of the panel; what they begin reaches pages by `ReportDesk.watch`."""
 
     @app.callback(
@@ -29,7 +25,7 @@ def register(app: Dash, desk: ReportDesk, alert: Alert) -> None:
         try:
             desk.begin(run_id, kind)
         except MirrorTwinError as error:
-            alert("The report cannot be written", str(error))
+            show_error("The report cannot be written", str(error))
 
     @app.callback(
         Input("report-stop", "n_clicks"),

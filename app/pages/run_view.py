@@ -4,9 +4,8 @@ import secrets
 import time
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
-import dash_mantine_components as dmc
 import numpy as np
 from dash import html
 
@@ -16,6 +15,7 @@ from app.pages.report_panel import whole_report
 from app.pages.report_writing import Job
 from app.pages.run_lists import event_list, ranking_list
 from app.pages.setup import DEFAULT_PLAN, error_id, field_id, form_values
+from app.pages.wiring import Update, alert
 from app.pages.words import (
     STAGES,
     STATUS_WORDS,
@@ -46,14 +46,6 @@ JUDGED_S = 1.0
 """So long an answer stands at least while the flight goes on: each costs 25 kB and a drawing."""
 
 
-class Update(NamedTuple):
-    """One property of one component of the page, to be set."""
-
-    component_id: str
-    prop: str
-    value: Any
-
-
 def idle() -> list[Update]:
     """The page with no run on it."""
     return [
@@ -64,14 +56,6 @@ def idle() -> list[Update]:
         *_cleared(),
         *_resting(cleared("", DEFAULT_PLAN.duration_s, None)),
     ]
-
-
-def alert(kind: str, title: str, message: str) -> Update:
-    """What the user must know, at the head of the run. ``kind`` is error or warning."""
-    colour = {"error": "red", "warning": "yellow"}[kind]
-    return Update(
-        "alert", "children", dmc.Alert(message, title=title, color=colour, variant="light", mt=10)
-    )
 
 
 class RunView:

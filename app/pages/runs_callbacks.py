@@ -4,10 +4,11 @@ import asyncio
 from collections.abc import Sequence
 from typing import Any
 
-from dash import ClientsideFunction, Dash, Input, Output, State, html, no_update
+from dash import Dash, Input, Output, State, html, no_update
 from dash.exceptions import PreventUpdate
 
 from app.pages import runs
+from app.pages.wiring import in_browser
 from core.errors import InputError, MirrorTwinError, StoreError
 from core.jobs.keeping import (
     Label,
@@ -44,15 +45,17 @@ def register(app: Dash, store: RunStore) -> None:
 
 def _register_selection(app: Dash) -> None:
     """What the browser does alone: the search, and what can be done with the chosen runs."""
-    app.clientside_callback(  # type: ignore[no-untyped-call]  # dash types callback alone
-        ClientsideFunction("runs", "search"),
+    in_browser(
+        app,
+        "runs",
+        "search",
         Output(runs.GRID_ID, "dashGridOptions"),
         Input(runs.SEARCH_ID, "value"),
         State(runs.GRID_ID, "dashGridOptions"),
-        prevent_initial_call=True,
+        on_load=False,
     )
-    app.clientside_callback(  # type: ignore[no-untyped-call]  # dash types callback alone
-        ClientsideFunction("runs", "chosen"),
+    in_browser(
+        app, "runs", "chosen",
         Output(runs.COMPARE_ID, "disabled"),
         Output(runs.COMPARE_ID, "children"),
         Output(runs.EXPORT_ID, "disabled"),
@@ -61,12 +64,14 @@ def _register_selection(app: Dash) -> None:
           for prop in ("href", "disabled")),
         Input(runs.GRID_ID, "selectedRows"),
     )  # fmt: skip
-    app.clientside_callback(  # type: ignore[no-untyped-call]  # dash types callback alone
-        ClientsideFunction("runs", "compare"),
+    in_browser(
+        app,
+        "runs",
+        "compare",
         Output("url", "pathname", allow_duplicate=True),
         Input(runs.COMPARE_ID, "n_clicks"),
         State(runs.GRID_ID, "selectedRows"),
-        prevent_initial_call=True,
+        on_load=False,
     )
 
 

@@ -5,10 +5,11 @@ import logging
 import re
 from typing import Any, TypeGuard
 
-from dash import ClientsideFunction, Dash, Input, Output, State, html, no_update, set_props
+from dash import Dash, Input, Output, State, html, no_update, set_props
 from dash.exceptions import PreventUpdate
 
 from app.pages import teach, teach_reveal, teach_start
+from app.pages.wiring import in_browser
 from app.panels.mystery import mystery_flight, shown_marks
 from app.scenes.recording import write_recording
 from core.errors import InputError, MirrorTwinError
@@ -47,9 +48,7 @@ def register(app: Dash, classroom: Classroom, store: RunStore) -> None:
         ("draw", (Output(teach.DRAWN_ID, "data"),
                   Input(teach.FLIGHT_ID, "data"), Input(teach.MARKS_ID, "data"))),
     ):  # fmt: skip
-        app.clientside_callback(  # type: ignore[no-untyped-call]  # dash types callback alone
-            ClientsideFunction("teach", name), *dependencies
-        )
+        in_browser(app, "teach", name, *dependencies)
 
 
 def _register_start(app: Dash, classroom: Classroom) -> None:

@@ -3,10 +3,11 @@
 import json
 from dataclasses import asdict
 
-from dash import ClientsideFunction, Dash, Input, Output, html
+from dash import Dash, Input, Output, html
 
 from app.glossary import tour_stops
 from app.pages.attributes import attributes
+from app.pages.wiring import in_browser
 
 
 def invitation() -> html.Div:
@@ -30,8 +31,6 @@ def invitation() -> html.Div:
 
 def register(app: Dash) -> None:
     """Attach the question whether the invitation is to be seen to ``app``."""
-    app.clientside_callback(  # type: ignore[no-untyped-call]  # dash types callback alone
-        ClientsideFunction("tour", "invite"),
-        Output("tour-invitation", "hidden"),
-        Input("page-kind", "data"),
+    in_browser(
+        app, "tour", "invite", Output("tour-invitation", "hidden"), Input("page-kind", "data")
     )

@@ -11,7 +11,7 @@ import pytest
 from app import live
 from app.live import PageGoneError, Session, Sessions, frames, new_session_id
 from app.pages.report_writing import ReportDesk
-from app.pages.run_view import Update
+from app.pages.wiring import Update
 from app.panels.axes import base64_floats
 from app.scenes.viser_proxy import ViserScenes
 from core.channels import N_CHANNELS

@@ -10,7 +10,8 @@ from dash._utils import to_json
 
 from app.pages import run_view
 from app.pages.report_panel import whole_report
-from app.pages.run_view import RunView, Update
+from app.pages.run_view import RunView
+from app.pages.wiring import Update
 from core.channels import N_CHANNELS
 from core.diagnosis.diagnosis import Diagnosis
 from core.fmea.catalogue import class_ids
