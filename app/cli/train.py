@@ -38,6 +38,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="with --surrogate: which flights it learns from (default lab)",
     )  # fmt: skip
     parser.add_argument(
+        "--horizon", type=int, metavar="H",
+        help="with --surrogate: learn to predict 1 to H steps ahead (default: as the shipped one)",
+    )  # fmt: skip
+    parser.add_argument(
         "--out", type=Path, default=MODELS, metavar="DIR",
         help="where weights and card go, and where the surrogate is looked for (default: the "
         "models/ of this installation)",
@@ -92,9 +96,10 @@ def _classifier(args: argparse.Namespace, out: Path) -> dict[str, Any]:
 
 
 def _surrogate(args: argparse.Namespace, out: Path) -> dict[str, Any]:
-    from core.surrogate.training import SurrogateSettings, train_surrogate
+    from core.surrogate.training import CHOSEN_HORIZON, SurrogateSettings, train_surrogate
 
-    settings = SurrogateSettings(conditions=args.conditions, seed=args.seed)
+    horizon = CHOSEN_HORIZON[args.conditions] if args.horizon is None else args.horizon
+    settings = SurrogateSettings(conditions=args.conditions, horizon=horizon, seed=args.seed)
 
     def tell(step: "Step") -> None:
         note(f"update {step.done}/{step.of}  loss {step.loss:.4f}")

@@ -24,10 +24,8 @@ from core.experiments.dataset import DatasetSpec, generate
 from core.experiments.results import Progress
 from core.paths import MODELS
 from core.surrogate.surrogate import Surrogate
-from core.surrogate.training import SurrogateSettings, train_surrogate
+from core.surrogate.training import CHOSEN_HORIZON, SurrogateSettings, train_surrogate
 from core.twin.plan import Conditions
-
-DEFAULT_HORIZON = 10
 
 QUICK_SPEC = DatasetSpec(
     runs_per_class=4, first_seed=1_900_000_000, duration_s=160.0, onset_s=(30.0, 40.0)
@@ -47,14 +45,14 @@ class Cell:
     """One training: its settings, and the horizon of the surrogate where it needs one."""
 
     settings: TrainingSettings
-    horizon: int = DEFAULT_HORIZON
+    horizon: int
 
     @property
     def key(self) -> str:
         """The name of its folder."""
         settings = self.settings
         parts = [settings.feature_mode, settings.shown, settings.classifier, f"s{settings.seed}"]
-        if self.needs_surrogate and self.horizon != DEFAULT_HORIZON:
+        if self.needs_surrogate:
             parts.append(f"h{self.horizon}")
         return "-".join(parts)
 
@@ -82,10 +80,17 @@ class Bench:
         conditions: Conditions = self.manifest.spec["conditions"]
         return conditions
 
-    def settings(self, **chosen: Any) -> TrainingSettings:
-        """Training settings; quick, those that only prove the path."""
+    @property
+    def horizon(self) -> int:
+        """That of the surrogate that ships for these conditions."""
+        return CHOSEN_HORIZON[self.conditions]
+
+    def cell(self, horizon: int | None = None, **chosen: Any) -> Cell:
+        """A training with `TrainingSettings` ``chosen``; quick, it only proves the path."""
         settings = TrainingSettings(**chosen)
-        return replace(settings, epochs=QUICK_EPOCHS, draws=1) if self.quick else settings
+        if self.quick:
+            settings = replace(settings, epochs=QUICK_EPOCHS, draws=1)
+        return Cell(settings, self.horizon if horizon is None else horizon)
 
     def filled(self, cells: Iterable[Cell], progress: Progress) -> dict[str, Card | None]:
         """The card of each cell by key: kept, made now, or None where time did not allow it."""
@@ -97,7 +102,7 @@ class Bench:
         progress(1.0)
         return cards
 
-    def surrogate(self, horizon: int = DEFAULT_HORIZON) -> Surrogate | None:
+    def surrogate(self, horizon: int) -> Surrogate | None:
         """The surrogate of that horizon: the shipped one, or trained here; None if out of time."""
         settings = replace(
             QUICK_SURROGATE if self.quick else SurrogateSettings(),
@@ -106,7 +111,7 @@ class Bench:
         )
         name = f"gru-{self.conditions}"
         folder = MODELS
-        if self.quick or horizon != DEFAULT_HORIZON or not (MODELS / f"{name}.json").exists():
+        if self.quick or horizon != self.horizon or not (MODELS / f"{name}.json").exists():
             folder = self.data / "surrogates" / f"h{horizon}"
             if not (folder / f"{name}.json").exists():
                 if self._is_late():
@@ -118,7 +123,7 @@ class Bench:
         """The card of that surrogate, if it has been trained."""
         folder = self.data / "surrogates" / f"h{horizon}"
         name = f"gru-{self.conditions}"
-        for place in (folder, *([MODELS] if horizon == DEFAULT_HORIZON else [])):
+        for place in (folder, *([MODELS] if horizon == self.horizon else [])):
             if (place / f"{name}.json").exists():
                 return read_card(place, name)
         return None

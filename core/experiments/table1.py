@@ -3,7 +3,7 @@
 from typing import Unpack
 
 from core.diagnosis.features import FEATURE_MODES
-from core.experiments.cells import SCORES, Cell, Where, open_bench, over_seeds
+from core.experiments.cells import SCORES, Where, open_bench, over_seeds
 from core.experiments.paper import beside_paper
 from core.experiments.results import Progress, Result
 from core.experiments.score_tables import score_result
@@ -16,7 +16,7 @@ def run(quick: bool, progress: Progress, **where: Unpack[Where]) -> Result:
     bench = open_bench(quick, progress, **where)
     seeds = SEEDS[:1] if quick else SEEDS
     cells = {
-        (mode, seed): Cell(bench.settings(feature_mode=mode, seed=seed))
+        (mode, seed): bench.cell(feature_mode=mode, seed=seed)
         for seed in seeds
         for mode in FEATURE_MODES
     }

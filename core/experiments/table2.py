@@ -7,7 +7,7 @@ import numpy as np
 from core.diagnosis.card import Card
 from core.diagnosis.features import FEATURE_MODES
 from core.diagnosis.settings import CLASSIFIERS
-from core.experiments.cells import Cell, Where, open_bench, scored, told
+from core.experiments.cells import Where, open_bench, scored, told
 from core.experiments.paper import Row, beside_paper, paper_tables
 from core.experiments.results import Progress, Result
 from core.experiments.score_tables import score_result
@@ -29,7 +29,7 @@ def run(quick: bool, progress: Progress, **where: Unpack[Where]) -> Result:
     """Train what is missing and tell; raises `InputError` for bad data."""
     bench = open_bench(quick, progress, **where)
     cells = {
-        (mode, classifier): Cell(bench.settings(feature_mode=mode, classifier=classifier))
+        (mode, classifier): bench.cell(feature_mode=mode, classifier=classifier)
         for classifier in CHEAPEST_FIRST
         for mode in FEATURE_MODES
     }

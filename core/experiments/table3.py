@@ -3,7 +3,7 @@
 from typing import Unpack
 
 from core.diagnosis.features import FEATURE_ROWS, Inputs
-from core.experiments.cells import SCORES, Cell, Where, open_bench, scored, told
+from core.experiments.cells import SCORES, Where, open_bench, scored, told
 from core.experiments.paper import beside_paper
 from core.experiments.results import Progress, Result
 from core.experiments.score_tables import score_result
@@ -24,10 +24,10 @@ def run(quick: bool, progress: Progress, **where: Unpack[Where]) -> Result:
     """
     bench = open_bench(quick, progress, **where)
     cells = {
-        (mode, inputs): Cell(
-            bench.settings(feature_mode="raw")
+        (mode, inputs): (
+            bench.cell(feature_mode="raw")
             if inputs == "states"
-            else bench.settings(feature_mode=mode, inputs=None if inputs == "both" else "residuals")
+            else bench.cell(feature_mode=mode, inputs=None if inputs == "both" else "residuals")
         )
         for mode in MODES
         for inputs in FEATURE_ROWS

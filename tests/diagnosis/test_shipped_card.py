@@ -7,6 +7,7 @@ from core.diagnosis.card import load_model
 from core.diagnosis.predict import load_diagnoser
 from core.fmea.catalogue import class_ids
 from core.paths import MODELS
+from core.surrogate.training import CHOSEN_HORIZON
 
 PARTS = ("validation_windows", "test_windows", "test_runs")
 
@@ -95,6 +96,7 @@ def test_the_mistakes_are_those_of_the_confusion_matrix(shipped_card):
 
 def test_the_surrogate_has_its_own_healthy_flights(shipped_card, conditions):
     card, _ = load_model(MODELS, f"gru-{conditions}")
+    assert card["horizon"] == CHOSEN_HORIZON[conditions]
     learnt = set().union(*map(set, shipped_card["data"]["seeds"].values()))
     for first, last in card["data"]["seeds"].values():
         assert learnt.isdisjoint(range(first, last + 1))

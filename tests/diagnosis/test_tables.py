@@ -19,6 +19,7 @@ from core.experiments.results import Result
 from core.fmea.catalogue import class_ids
 from core.surrogate.controls import controls
 from core.surrogate.surrogate import Surrogate
+from core.surrogate.training import CHOSEN_HORIZON
 from core.twin.plan import Plan
 from core.twin.trajectory import Pair
 
@@ -88,7 +89,7 @@ def test_tables_share_cells_and_leave_the_rest_null(first, data):
     assert third["States only (surrogate)"]["macro_f1"] == of_first["Raw states"]
     assert list(fourth) == [row["scheme"] for row in paper_tables()["table4"]]
     surrogate = of_first["GRU surrogate prediction residuals"]
-    assert fourth["10 (default)"]["macro_f1"] == surrogate
+    assert fourth[table4.HORIZONS[CHOSEN_HORIZON["lab"]]]["macro_f1"] == surrogate
     assert fourth["10 (default)"]["mae"] > 0.0
     assert fourth["1"]["macro_f1"] is fourth["1"]["mae"] is None
 
@@ -175,8 +176,10 @@ def test_fresh_flights_are_in_no_data_set(shipped_card):
 
 @pytest.mark.slow
 def test_a_surrogate_diagnosis_needs_no_mirror_and_streams_alike(first, data, make_pair):
-    surrogate = Surrogate.from_card(*load_model(data / "surrogates" / "h10", "gru-lab"))
-    model = load_model(data / "cells" / "surrogate-both-cnn-s0", "cnn-surrogate-lab")
+    horizon = CHOSEN_HORIZON["lab"]
+    surrogate = Surrogate.from_card(*load_model(data / "surrogates" / f"h{horizon}", "gru-lab"))
+    cell = data / "cells" / f"surrogate-both-cnn-s0-h{horizon}"
+    model = load_model(cell, "cnn-surrogate-lab")
     diagnoser = Diagnoser.from_card(*model, surrogate)
     pair, plan = make_pair(70.0, ("E1 CHT1", 60.0, 35.0, 70.0)), Plan(duration_s=70.0)
     alone = Pair(pair.faulted, pair.faulted)
