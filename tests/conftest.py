@@ -17,7 +17,7 @@ from typing import Any, NoReturn
 
 import pytest
 import uvicorn
-from playwright.sync_api import Page
+from playwright.sync_api import BrowserContext, Page
 
 COMMAND = str(Path(sys.executable).with_name("mirrortwin"))
 CHROMIUM = Path("/usr/bin/chromium")
@@ -173,3 +173,15 @@ def console_errors(page: Page) -> list[str]:
     page.on("console", lambda line: complaints.append(line.text) if line.type == "error" else None)
     page.on("pageerror", lambda error: complaints.append(str(error)))
     return complaints
+
+
+@pytest.fixture
+def without_3d(context: BrowserContext) -> None:
+    """Leave the live 3D view empty: drawn in software it takes most of the machine.
+
+    For tests that are about something else; `test_scenes`, `test_fly` and `test_everyone` draw it.
+    """
+    context.route(
+        "**/viser/**",
+        lambda route: route.fulfill(body="<!doctype html>", content_type="text/html"),
+    )

@@ -17,7 +17,7 @@ from core.report.grounded import grounded_template
 from core.twin.flight import fly_pair
 from core.twin.plan import Plan
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.usefixtures("without_3d")]
 
 TIMEOUT_MS = 120_000
 DURATION_S = 300

@@ -13,7 +13,7 @@ from core.jobs.store import RunStore
 from core.twin.actions import Repair, SetFault, SetTarget
 from core.twin.flight import fly_pair
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.usefixtures("without_3d")]
 
 TIMEOUT_MS = 120_000
 

@@ -15,7 +15,7 @@ from core.report.template import write_report
 from core.twin.flight import fly_pair
 from core.twin.plan import Plan
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.usefixtures("without_3d")]
 
 TIMEOUT_MS = 120_000
 

@@ -15,7 +15,7 @@ from core.report.report import SECTION_TITLES
 sys.path.append(str(Path(__file__).parents[1] / "report"))
 from hostile import ChatServer, Handler, Reply, chat_server, refuses_the_key, title_of
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.usefixtures("without_3d")]
 
 TIMEOUT_MS = 120_000
 

@@ -12,7 +12,7 @@ from playwright.sync_api import BrowserContext, Page, Response, expect
 from core.fmea.catalogue import catalogue
 from core.jobs.store import RunStore
 
-pytestmark = pytest.mark.browser
+pytestmark = [pytest.mark.browser, pytest.mark.usefixtures("without_3d")]
 
 TIMEOUT_MS = 120_000
 
