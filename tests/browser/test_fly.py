@@ -24,6 +24,7 @@ from core.paths import MODELS
 from core.report.report import SECTION_TITLES
 
 pytestmark = pytest.mark.browser
+without_3d = pytest.mark.usefixtures("without_3d")
 
 FIRST_SAMPLE_S = 1.0
 WHOLE_RUN_S = 6.0
@@ -218,6 +219,7 @@ def wait_until_idle(workers: list[psutil.Process]) -> None:
 LINES = {"faulted": theme.FAULTED, "mirror": theme.MIRROR, "residual": theme.RESIDUAL}
 
 
+@without_3d
 def test_each_tile_draws_both_flights_and_their_residual(fly: Fly) -> None:
     fly.open()
     fly.press("run")
@@ -233,6 +235,7 @@ def test_each_tile_draws_both_flights_and_their_residual(fly: Fly) -> None:
             assert has_colour(tile, colour, 40), f"channel {index}: no {name} line"
 
 
+@without_3d
 def test_the_address_brings_the_run_back_here_and_in_another_browser(
     fly: Fly, new_context: Callable[..., BrowserContext]
 ) -> None:
@@ -274,6 +277,7 @@ def test_reload_in_the_middle_of_a_run_goes_on_with_it(fly: Fly, server: Any) ->
     assert fly.run_id == address.removeprefix("/run/")
 
 
+@without_3d
 @pytest.mark.skipif(
     not (MODELS / "cnn-surrogate-lab.safetensors").exists(), reason="no surrogate model shipped"
 )
@@ -354,6 +358,7 @@ def test_two_browsers_with_two_faults_see_each_its_own(
     expect(other.page.locator("#readout-9")).not_to_have_text(fly.text("readout-9"))
 
 
+@without_3d
 def test_a_run_can_be_cancelled_and_flown_again(fly: Fly, server: Any) -> None:
     fly.open()
     with held(server.process):
@@ -406,6 +411,7 @@ def test_an_address_of_no_run_says_so(fly: Fly) -> None:
     expect(fly.page.locator("#run")).to_be_visible()
 
 
+@without_3d
 def test_the_keyboard_is_enough(fly: Fly) -> None:
     fly.open()
     fly.page.locator("#field-altitude_ft").focus()
@@ -424,6 +430,7 @@ def test_the_keyboard_is_enough(fly: Fly) -> None:
     assert "01:30 long" in fly.text("run-subtitle")
 
 
+@without_3d
 def test_stored_runs_are_listed_and_open(fly: Fly, console_errors: list[str]) -> None:
     fly.open()
     fly.fill("duration_s", "60")
@@ -492,6 +499,7 @@ def test_a_killed_worker_is_told_and_the_run_goes_on(
     assert console_errors == []
 
 
+@without_3d
 @pytest.mark.slow
 def test_a_store_that_cannot_be_written_is_told(
     page: Page, start_server: Callable[..., Any], tmp_path: Path
