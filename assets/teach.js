@@ -16,6 +16,7 @@
   let zoom = null;
   let menu = null;
 
+  const ungrouped = new Intl.NumberFormat("en", { useGrouping: false });
   const clock = (time_s) => window.dash_clientside.flight.clock(time_s);
   const setProps = (id, props) => window.dash_clientside.set_props(id, props);
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
@@ -66,7 +67,7 @@
         axes: [
           { ...quiet, size: 18, gap: 3, space: 56, incrs: [5, 10, 15, 30, 60, 120, 300],
             values: (plot, splits) => splits.map(clock) },
-          { ...quiet, size: 46, space: 26 },
+          { ...quiet, size: 46, space: 26, values: (plot, splits) => splits.map(ungrouped.format) },
         ],
         scales: { x: { time: false }, y: { range: (plot, low, high) => this.range(low, high) } },
         series: [{}, line("--mirror", 3), line("--faulted", 1.4)],

@@ -131,6 +131,15 @@ def _delay(content: Content) -> str:
     return f"named {worst['median_delay_s']:.0f} s after a severe onset (median)"
 
 
+def _unknown(content: Content) -> str:
+    refused = ", ".join(
+        f"{row['group']} {100 * row['refused_share']:.0f} %"
+        for row in content["rows"]
+        if row["residual"] == "paired"
+    )
+    return f"flights it refuses to name: {refused}"
+
+
 def _crowd(content: Content) -> str:
     return f"{content['pages']} pages at once: 95 % of samples come within {content['p95_s']:.2f} s"
 
@@ -236,7 +245,7 @@ EXHIBITS: dict[str, Exhibit] = {
         ),
         Exhibit(
             "unknown", "Unknown faults", "Whether it says “none of these” to what it never learnt.",
-            ("unknown",), "mirrortwin experiment unknown", "Minutes.",
+            ("unknown",), "mirrortwin experiment unknown", "Minutes.", headline=_unknown,
         ),
     )
 }  # fmt: skip

@@ -200,7 +200,7 @@ def _legend() -> html.Div:
             html.Span([html.I(className="key residual"), term("residual", "residual")]),
             html.Span([html.I(className="key onset"), term("onset", "onset")]),
         ],
-        className="legend",
+        className="path-legend",
     )
 
 

@@ -11,6 +11,7 @@ import threading
 from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,7 @@ from app.scenes import geometry
 from app.scenes.geometry import Array, Poses, drawn_height, drawn_positions
 from app.scenes.mesh import WINGSPAN_M, aircraft_glb
 from app.scenes.palette import FAULTED, MIRROR, Rgb, rgb
-from app.scenes.rerun_blueprint import PLOTS, TIMELINE, Plot, blueprint
+from app.scenes.rerun_blueprint import PLOTS, TIMELINE, Plot, blueprint, narrow_blueprint
 from core.channels import CHANNELS
 from core.diagnosis.diagnosis import Diagnosis
 from core.errors import StoreError
@@ -229,6 +230,15 @@ def _send_blueprint(recording: rr.RecordingStream, layout: rr.blueprint.Blueprin
         layout._log_to_stream(stream)
         held = stream.memory_recording().storage
         rerun_bindings.send_blueprint(held, True, True, recording=recording.to_native())
+
+
+@cache
+def narrow_layout() -> bytes:
+    """The layout for narrow windows as a file: opened after a recording, it replaces its own."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "narrow.rbl"
+        narrow_blueprint().save(APPLICATION, str(path))
+        return path.read_bytes()
 
 
 def _series(plot: Plot) -> rr.SeriesLines:

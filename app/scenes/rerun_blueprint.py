@@ -72,18 +72,48 @@ def blueprint(camera: Camera, floor_km: float, duration_s: float) -> rrb.Bluepri
         ),
     )
     notes = rrb.TextDocumentView(origin="/run", name="Run")
-    residuals = rrb.TimeSeriesView(
+    return _bare(
+        rrb.Horizontal(
+            rrb.Tabs(scene, notes),
+            rrb.Vertical(
+                rrb.Tabs(*_tabs(time_axis), active_tab=0), _residuals(time_axis), row_shares=[4, 3]
+            ),
+            column_shares=[3, 2],
+        )
+    )
+
+
+def narrow_blueprint() -> rrb.Blueprint:
+    """The layout of any flight where there is no room beside the path: one below the other.
+
+    It knows neither where the flight goes nor how long: the camera goes with the aircraft.
+    """
+    ever = rr.TimeRangeBoundary.infinite()
+    axis = rrb.TimeAxis(view_range=rr.TimeRange(start=ever, end=ever))
+    scene = rrb.Spatial3DView(
+        origin="/scene",
+        name="Flight path",
+        eye_controls=rrb.EyeControls3D(
+            kind=rrb.Eye3DKind.Orbital, tracking_entity="/scene/faulted", eye_up=(0.0, 0.0, 1.0)
+        ),
+    )
+    tabs = rrb.Tabs(_residuals(axis), *_tabs(axis), active_tab=0)
+    return _bare(rrb.Vertical(scene, tabs, row_shares=[1, 1]))
+
+
+def _residuals(time_axis: rrb.TimeAxis) -> rrb.TimeSeriesView:
+    return rrb.TimeSeriesView(
         origin="/residuals",
         name="Residuals, % of gauge span",
         axis_x=time_axis,
         plot_legend=rrb.PlotLegend(visible=False),
     )
+
+
+def _bare(views: rrb.Horizontal | rrb.Vertical) -> rrb.Blueprint:
+    """The views without the viewer's own panels: the page around has its own."""
     return rrb.Blueprint(
-        rrb.Horizontal(
-            rrb.Tabs(scene, notes),
-            rrb.Vertical(rrb.Tabs(*_tabs(time_axis), active_tab=0), residuals, row_shares=[4, 3]),
-            column_shares=[3, 2],
-        ),
+        views,
         rrb.TopPanel(state="hidden"),
         rrb.BlueprintPanel(state="hidden"),
         rrb.SelectionPanel(state="hidden"),

@@ -15,6 +15,7 @@ from pathlib import Path
 from fastapi import FastAPI, Request, Response
 from fastapi.responses import FileResponse
 
+from app.scenes.recording import narrow_layout
 from core.errors import MirrorTwinError
 
 VERSION = "0.41.0"
@@ -82,6 +83,11 @@ def mount(app: FastAPI) -> None:
             "X-Content-Type-Options": "nosniff",
         }
         return Response(html, media_type="text/html", headers=headers)
+
+    @app.get("/rerun/narrow.rbl", include_in_schema=False)
+    def narrow() -> Response:
+        headers = {**ANY_ORIGIN, "Cache-Control": "no-cache"}
+        return Response(narrow_layout(), media_type="application/octet-stream", headers=headers)
 
     @app.get(f"/rerun/{VERSION}/viewer.js", include_in_schema=False)
     async def script() -> Response:

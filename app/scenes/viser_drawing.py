@@ -24,6 +24,20 @@ _TITLES = {"faulted": "Faulted", "mirror": "Mirror"}
 _PAINTS: dict[str, Rgb] = {"faulted": FAULTED, "mirror": MIRROR}
 
 
+Hold = Literal["left", "center", "right"]
+Anchor = Literal[
+    "bottom-left", "bottom-center", "bottom-right", "top-left", "top-center", "top-right"
+]
+_ANCHORS: dict[tuple[Literal["bottom", "top"], Hold], Anchor] = {
+    ("bottom", "left"): "bottom-left",
+    ("bottom", "center"): "bottom-center",
+    ("bottom", "right"): "bottom-right",
+    ("top", "left"): "top-left",
+    ("top", "center"): "top-center",
+    ("top", "right"): "top-right",
+}
+
+
 class Drawing:
     """Draws both flights of a pair into one viser scene, in the world of `app.scenes.geometry`."""
 
@@ -91,8 +105,14 @@ class Drawing:
         if onset_s is not None and onset_s <= faulted.time_s[-1]:
             self._onset(drawn_positions(faulted.at(onset_s), origin_ft)[0])
 
-    def place(self, name: str, pose: Poses, origin_ft: float, wingspan_km: float) -> None:
-        """Put one aircraft at a pose, drawn with this wingspan, its altitude beside it."""
+    def place(
+        self, name: str, pose: Poses, origin_ft: float, wingspan_km: float, hold: Hold = "center"
+    ) -> None:
+        """Put one aircraft at a pose, drawn with this wingspan, its altitude beside it.
+
+        ``hold``: which part of that text is at the aircraft; near an edge of the view, the one
+        that keeps it in.
+        """
         position = drawn_positions(pose, origin_ft)[0]
         wxyz = geometry.attitude(pose)[0]
         ghost = name == "mirror"
@@ -111,11 +131,9 @@ class Drawing:
             )  # fmt: skip
         else:
             aircraft.position, aircraft.wxyz, aircraft.scale = position, wxyz, scale
-        self._label(name, text, beside, "bottom-center" if ghost else "top-center")
+        self._label(name, text, beside, _ANCHORS["bottom" if ghost else "top", hold])
 
-    def _label(
-        self, name: str, text: str, position: Array, anchor: Literal["bottom-center", "top-center"]
-    ) -> None:
+    def _label(self, name: str, text: str, position: Array, anchor: Anchor) -> None:
         """A text in the scene, added or updated in place."""
         label = self._labels.get(name)
         if label is None:
@@ -123,7 +141,7 @@ class Drawing:
                 f"/labels/{name}", text, position=position, anchor=anchor
             )
         else:
-            label.position, label.text = position, text
+            label.position, label.text, label.anchor = position, text, anchor
 
     def _faint(self, name: str) -> Rgb:
         """An aircraft's colour faded into the ground, for what it casts there."""

@@ -17,7 +17,7 @@ from app.scenes import geometry
 from app.scenes.cameras import VIEWS, View, following
 from app.scenes.geometry import Array, Camera, Poses
 from app.scenes.painting import Legend, Paint, Readings, colours_at, legend_of
-from app.scenes.viser_drawing import DRAWN_POINTS, Drawing
+from app.scenes.viser_drawing import DRAWN_POINTS, Drawing, Hold
 from core.errors import InputError
 from core.jobs.events import Samples
 from core.twin.plan import Plan
@@ -217,12 +217,19 @@ class ViserScene:
         origin_ft = float(self._mirror.values[0, 2])
         wingspan_km = geometry.wingspan_km(self._camera)
         mirror, faulted = self._mirror.at(self._time_s), self._faulted.at(self._time_s)
-        self._drawing.place("mirror", mirror, origin_ft, wingspan_km)
-        self._drawing.place("faulted", faulted, origin_ft, wingspan_km)
+        for name, pose in (("mirror", mirror), ("faulted", faulted)):
+            self._drawing.place(name, pose, origin_ft, wingspan_km, self._hold())
         self._drawing.part(faulted, mirror, origin_ft)
         if self._view in ("chase", "side"):
             for client in self._server.get_clients().values():
                 self._aim(client)
+
+    def _hold(self) -> Hold:
+        """Which part of the aircraft's texts to hold: the whole flight runs from left to right."""
+        if self._view in ("chase", "side"):
+            return "center"
+        share = self._time_s / self._duration_s
+        return "left" if share < 0.3 else "right" if share > 0.7 else "center"
 
     def _frame(self) -> None:
         """Aim the camera at the whole flight to come; again only if the flight leaves the view.

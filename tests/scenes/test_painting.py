@@ -121,7 +121,9 @@ def test_a_scene_is_painted_live_and_whole_and_turned_to_every_view(flown: Flown
         assert line.colors.shape == line.points.shape
         text = scene._drawing._labels["faulted"].text
         assert "apart" in text
+        assert scene._drawing._labels["faulted"].anchor == "top-right", "at the edge of the view"
         scene.seek(10.0)
+        assert scene._drawing._labels["faulted"].anchor == "top-left"
         assert "apart" not in scene._drawing._labels["faulted"].text
         for view in VIEWS:
             scene.look(view)

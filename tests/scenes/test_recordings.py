@@ -17,7 +17,7 @@ from rerun.chunk import Chunk, RrdReader
 from scenes_support import Flown, Site
 
 from app.scenes import rerun_viewer
-from app.scenes.recording import write_recording
+from app.scenes.recording import APPLICATION, write_recording
 from core.channels import CHANNEL_NAMES, CHANNELS
 from core.diagnosis.diagnosis import Diagnosis
 from core.errors import MirrorTwinError, StoreError
@@ -286,6 +286,14 @@ def test_the_viewer_files_have_their_types_and_may_be_kept(site: Site) -> None:
     with httpx.stream("GET", f"{base}/re_viewer_bg.wasm") as wasm:
         assert wasm.headers["content-type"] == "application/wasm"
         assert next(wasm.iter_raw(4)) == b"\0asm"
+
+
+def test_a_narrow_window_gets_a_layout_of_its_own(site: Site) -> None:
+    answer = httpx.get(f"{site.url}/rerun/narrow.rbl")
+    assert answer.headers["access-control-allow-origin"] == "*"
+    assert answer.content.startswith(b"RRF2")
+    assert APPLICATION.encode() in answer.content
+    assert b"/scene/faulted" in answer.content, "the camera goes along"
 
 
 @pytest.mark.slow

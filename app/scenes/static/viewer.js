@@ -17,6 +17,7 @@ globalThis.fetch = (resource, options) => {
 
 const NANOS_PER_S = 1e9;
 const TIMELINE = "t";
+const NARROW_PX = 560;
 
 export const viewer = new WebViewer();
 
@@ -85,6 +86,7 @@ async function main() {
   viewer.once("recording_open", () => {
     // A recording from an address starts by playing; ours stay at the newest sample.
     move(wanted ?? { play_state: "following" });
+    if (innerWidth < NARROW_PX) viewer.open(new URL("narrow.rbl", location.href).href);
     window.parent.postMessage({ type: "ready" }, "*");
   });
   viewer.open(url.href);
