@@ -293,7 +293,6 @@ def test_a_narrow_window_gets_a_layout_of_its_own(site: Site) -> None:
     assert answer.headers["access-control-allow-origin"] == "*"
     assert answer.content.startswith(b"RRF2")
     assert APPLICATION.encode() in answer.content
-    assert b"/scene/faulted" in answer.content, "the camera goes along"
 
 
 @pytest.mark.slow
