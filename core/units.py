@@ -56,3 +56,13 @@ OTHER_UNITS: dict[str, OtherUnit] = {
 """By logged unit. Outside air is logged in degrees Celsius, as pilots read it, and stays so."""
 
 QUANTITIES: tuple[str, ...] = tuple(dict.fromkeys(other.quantity for other in OTHER_UNITS.values()))
+
+
+def distance_words(distance_m: float) -> str:
+    """A distance as pilots and everybody else say it.
+
+    >>> distance_words(70.1), distance_words(4321.0)
+    ('230 ft (70 m)', '14,177 ft (4.3 km)')
+    """
+    metric = f"{distance_m:.0f} m" if distance_m < 1000.0 else f"{distance_m / 1000.0:.1f} km"
+    return f"{distance_m / FOOT_M:,.0f} ft ({metric})"

@@ -11,6 +11,7 @@ from app.panels.axes import Array, Figure, bare_layout, clock, packed
 from app.panels.comparison import COLOURS, DASHES, M_PER_NM, Flown
 from app.scenes.geometry import VERTICAL_SCALE
 from core.units import FOOT_M as M_PER_FT
+from core.units import distance_words
 
 HEIGHT_PX = 440
 POINTS_PER_PATH = 500
@@ -55,8 +56,8 @@ def described(runs: Sequence[Flown]) -> str:
         if apart.distance_m < 1.0:
             said.append(f"{apart.label}, none")
         else:
-            feet = f"{apart.distance_m / M_PER_FT:,.0f} ft ({apart.distance_m:,.0f} m)"
-            said.append(f"{apart.label}, {feet} at {clock(apart.time_s)}")
+            far = distance_words(apart.distance_m)
+            said.append(f"{apart.label}, {far} at {clock(apart.time_s)}")
     return f"{count} in space. Largest separation from its own mirror: {'; '.join(said)}."
 
 

@@ -5,7 +5,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from app.scenes.geometry import Array, Camera, Poses, drawn_positions
-from core.units import FOOT_M
+from core.units import distance_words
 
 View = Literal["whole", "chase", "side", "free"]
 VIEWS: tuple[View, ...] = get_args(View)
@@ -53,10 +53,7 @@ def apart_m(faulted: Poses, mirror: Poses) -> float:
 def apart_words(distance_m: float) -> str:
     """A distance in both units, empty where there is none to speak of.
 
-    >>> apart_words(0.4), apart_words(70.1), apart_words(4321.0)
-    ('', '230 ft (70 m) apart', '14,177 ft (4.3 km) apart')
+    >>> apart_words(0.4), apart_words(70.1)
+    ('', '230 ft (70 m) apart')
     """
-    if distance_m < 1.0:
-        return ""
-    metric = f"{distance_m:.0f} m" if distance_m < 1000.0 else f"{distance_m / 1000.0:.1f} km"
-    return f"{distance_m / FOOT_M:,.0f} ft ({metric}) apart"
+    return "" if distance_m < 1.0 else f"{distance_words(distance_m)} apart"

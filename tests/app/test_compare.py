@@ -35,6 +35,7 @@ from core.report.template import write_report
 from core.twin.actions import SetFault
 from core.twin.flight import fly_pair
 from core.twin.plan import Plan
+from core.units import distance_words
 
 PLAN = Plan(duration_s=120.0, seed=5)
 
@@ -199,7 +200,7 @@ def test_how_far_a_flight_came_from_its_mirror_is_said_in_words(
     expected_m = float(np.sqrt(north**2 + east**2 + (0.3048 * up) ** 2))
     assert failed.distance_m == pytest.approx(expected_m, abs=0.01)
     words = described(runs)
-    assert f"Engine failure, {expected_m / 0.3048:,.0f} ft ({expected_m:,.0f} m) at 0" in words
+    assert f"Engine failure, {distance_words(expected_m)} at 0" in words
     assert words.endswith("Nominal, none.")
     assert described(runs[:1]).startswith("1 flight path in space")
     elsewhere = [runs[0], replace(runs[1], mirror=runs[1].faulted)]
