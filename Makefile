@@ -44,7 +44,7 @@ serve: $(VENV)/.installed
 	@exec $(BIN)/mirrortwin serve --host $(HOST) --port $(PORT)
 
 test: $(VENV)/.installed-dev browser
-	$(BIN)/python -m pytest $(ARGS)
+	$(BIN)/python -m pytest -n 2 --dist loadgroup --no-loadscope-reorder $(ARGS)
 
 check: lint test
 

@@ -25,9 +25,23 @@ START_S = 60.0
 STOP_S = 10.0
 
 
+@pytest.hookimpl(tryfirst=True)  # pytest-xdist reads the groups in the same hook
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Run the browser tests last: from the first on, Playwright's event loop owns this thread."""
-    items.sort(key=lambda item: item.get_closest_marker("browser") is not None)
+    """Say what may run beside what, and let that which may not come last.
+
+    Browser tests and those marked ``alone`` want the machine for themselves; of the others, files
+    may run side by side (``pytest -n 2 --dist loadgroup``). The browser's are the very last: from
+    the first on, Playwright's event loop owns the thread.
+    """
+
+    def lateness(item: pytest.Item) -> int:
+        late = [item.get_closest_marker(name) is not None for name in ("alone", "browser")]
+        return late[0] + 2 * late[1]
+
+    items.sort(key=lateness)
+    for item in items:
+        group = "alone" if lateness(item) else str(item.path)
+        item.add_marker(pytest.mark.xdist_group(group))
 
 
 def _free_port() -> int:

@@ -25,7 +25,7 @@ from core.jobs.engine import Engine
 from core.jobs.store import RunStore
 from core.twin.plan import Plan
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.alone]
 
 PAGES = 8
 

@@ -6,7 +6,7 @@ from contextlib import suppress
 import psutil
 import pytest
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.alone]
 
 
 def left(family, timeout_s):

@@ -30,6 +30,8 @@ from core.twin.flight import PairFlight
 from core.twin.plan import Plan, Weather
 from core.twin.trajectory import Pair
 
+pytestmark = pytest.mark.alone
+
 LONG_PLAN = Plan(duration_s=7200.0)
 
 

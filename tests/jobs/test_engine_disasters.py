@@ -23,6 +23,8 @@ from core.twin.flight import fly_pair
 from core.twin.plan import Plan
 from core.twin.trajectory import Pair
 
+pytestmark = pytest.mark.alone
+
 PLAN = Plan(duration_s=1200.0, seed=3)
 DASK = str(Path(sys.executable).with_name("dask"))
 

@@ -22,6 +22,8 @@ from core.twin.actions import Action, Repair, SetFault, SetTarget
 from core.twin.flight import fly_pair
 from core.twin.plan import Plan
 
+pytestmark = pytest.mark.alone
+
 HEALTHY = Fault("nominal")
 PLAN = Plan(duration_s=300.0, seed=7)
 

@@ -236,6 +236,7 @@ def test_a_malformed_diagnosis_is_refused_by_field(broken: dict[str, object], fi
     assert refusal.value.field == field
 
 
+@pytest.mark.alone
 def test_the_largest_report_takes_less_than_50_ms() -> None:
     items = [evidence(name, -0.5 * channel(name).full_scale) for name in CHANNEL_NAMES]
     given = diagnosis({"engine_failure": 0.5, "inflight_anomaly": 0.5}, items)
