@@ -61,7 +61,7 @@ def _on_validation(cards: list[Card | None]) -> float | None:
 def _chosen(rows: list[dict[str, Any]]) -> str | None:
     """The horizon that is best on validation flights, where test scores have no say.
 
-    None unless every horizon has all its seeds.
+    None where not all horizons have as many seeds yet.
     """
     if len({row["seeds_run"] for row in rows}) > 1 or not rows[0]["seeds_run"]:
         return None
