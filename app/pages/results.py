@@ -180,8 +180,12 @@ def _result(exhibit: Exhibit, shelved: Shelved, prefix: str) -> list[Any]:
     except (KeyError, TypeError, IndexError):
         body = [html.P(["This file was written by another version; make it again: ",
                         html.Code(exhibit.command)], className="empty")]  # fmt: skip
+    conditions = _conditions(shelved)
     several = len(exhibit.files) > 1
-    title = [html.H2(f"{_conditions(shelved).capitalize()} conditions")] if several else []
+    title: list[Any] = [html.H2(f"{conditions.capitalize()} conditions")] if several else []
+    if exhibit.kind == "scores" and conditions == "field":
+        title.append(html.P("Nobody has published these: the paper's values are lab's.",
+                            className="note"))  # fmt: skip
     return [*title, *body, _origin(shelved)]
 
 

@@ -77,6 +77,20 @@ def test_a_half_filled_table_shows_what_is_there(shelf: Path) -> None:
     assert "0.912" in sent(results.layout(None))
 
 
+def test_field_scores_are_told_apart_from_the_papers(shelf: Path) -> None:
+    row = {"scheme": "1", "macro_f1": 0.5, "paper_macro_f1": 0.945}
+    for conditions in ("lab", "field"):
+        settings = {"conditions": conditions}
+        write(
+            shelf, f"table4-{conditions}", rows=[row], settings=settings, chosen_on_validation="1"
+        )
+    page = sent(results.layout("table4"))
+    assert page.count("the paper's values are lab's") == 1
+    assert "validation flights chose 1 step ahead: macro-F1 0.500, paper 0.945" in page.replace(
+        "Validation", "validation"
+    )
+
+
 @pytest.mark.parametrize("text", ["{", "[]", '{"rows": [{}]}', '{"rows": 3}', "{}"])
 @pytest.mark.parametrize("name", ["table1-lab", "fig6", "signs", "speed"])
 def test_damaged_results_are_told_and_nothing_breaks(text: str, name: str, shelf: Path) -> None:
