@@ -1,6 +1,7 @@
 """Fixtures shared by all tests: a server as a user starts it, and a real Chromium."""
 
 import ctypes.util
+import os
 import signal
 import socket
 import subprocess
@@ -10,11 +11,12 @@ import time
 import urllib.error
 import urllib.request
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NoReturn
 
+import psutil
 import pytest
 import uvicorn
 from playwright.sync_api import BrowserContext, Page
@@ -23,6 +25,12 @@ COMMAND = str(Path(sys.executable).with_name("mirrortwin"))
 CHROMIUM = Path("/usr/bin/chromium")
 START_S = 60.0
 STOP_S = 10.0
+ALONE_S = 240.0
+
+
+def _lateness(item: pytest.Item) -> int:
+    late = [item.get_closest_marker(name) is not None for name in ("alone", "browser")]
+    return late[0] + 2 * late[1]
 
 
 @pytest.hookimpl(tryfirst=True)  # pytest-xdist reads the groups in the same hook
@@ -33,15 +41,48 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     may run side by side (``pytest -n 2 --dist loadgroup``). The browser's are the very last: from
     the first on, Playwright's event loop owns the thread.
     """
-
-    def lateness(item: pytest.Item) -> int:
-        late = [item.get_closest_marker(name) is not None for name in ("alone", "browser")]
-        return late[0] + 2 * late[1]
-
-    items.sort(key=lateness)
+    items.sort(key=_lateness)
     for item in items:
-        group = "alone" if lateness(item) else str(item.path)
+        group = "alone" if _lateness(item) else str(item.path)
         item.add_marker(pytest.mark.xdist_group(group))
+
+
+def _busy_beside(over_s: float) -> float:
+    """CPU seconds a second that the other test workers and all they started use for ``over_s``."""
+    mine = {os.getpid(), *(each.pid for each in psutil.Process().children(recursive=True))}
+    others = [
+        each for each in psutil.Process().parent().children(recursive=True) if each.pid not in mine
+    ]
+
+    def used_s() -> dict[int, float]:
+        used = {}
+        for each in others:
+            with suppress(psutil.Error):  # gone meanwhile
+                used[each.pid] = sum(each.cpu_times()[:2])
+        return used
+
+    before = used_s()
+    time.sleep(over_s)
+    return sum(after_s - before[pid] for pid, after_s in used_s().items() if pid in before) / over_s
+
+
+@pytest.fixture(scope="session")
+def nothing_beside() -> None:
+    """Wait, once, until the other test workers have done their last files.
+
+    The group of the lone tests begins when one worker is free, while the other may still train.
+    """
+    deadline = time.monotonic() + ALONE_S
+    while "PYTEST_XDIST_WORKER" in os.environ and time.monotonic() < deadline:
+        if _busy_beside(1.0) < 0.2:
+            return
+
+
+@pytest.fixture(autouse=True)
+def alone_at_last(request: pytest.FixtureRequest) -> None:
+    """Let what wants the machine for itself have it."""
+    if _lateness(request.node):
+        request.getfixturevalue("nothing_beside")
 
 
 def _free_port() -> int:
