@@ -11,7 +11,7 @@ from typing import Any, Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from core.channels import CHANNELS, N_CHANNELS
+from core.channels import CHANNEL_INDEX, CHANNELS, CYLINDERS, N_CHANNELS, cht_name, egt_name
 from core.residual.window import WINDOW_STEPS
 from core.twin.plan import DT_S, Conditions
 from core.twin.trajectory import Array, Array32, Pair
@@ -85,8 +85,9 @@ class FeatureMode:
 
     ``residual`` maps any stretch of a flight, (n, 23) channels of it and of its mirror, to (n, 23);
     None where it needs the flight's past, as the surrogate does. ``inputs`` is what the paper
-    shows of this mode. ``scale``, (23,), and ``gain`` are those of `Normalisation`. Where it is
-    ``debiased``, the mean over the first 30 s of a recording, `baseline`, is taken off first.
+    shows of this mode. ``scale``, (23,), ``gain`` and ``contrast`` are those of `Normalisation`.
+    Where it is ``debiased``, the mean over the first 30 s of a recording, `baseline`, is taken off
+    first.
     """
 
     name: str
@@ -96,6 +97,11 @@ class FeatureMode:
     gain: float
     residual: Callable[[Pair], Array32] | None
     debiased: bool = False
+    contrast: float = 0.0
+
+    def told(self) -> list[Any]:
+        """What makes features of one residual these and no others, JSON-ready."""
+        return [self.name, self.scale.tolist(), self.gain, self.debiased, self.contrast]
 
 
 def _differences(pair: Pair) -> Array32:
@@ -136,19 +142,50 @@ FEATURE_MODES: dict[str, FeatureMode] = {
 }  # fmt: skip
 """The two residuals are shown beside the sensors; the other two stand for themselves."""
 
-FIELD_COMPRESSION = 0.5
+FIELD_COMPRESSION = 5.0
 """Where sensors and mirror have noise of their own, there is nothing to see far below it."""
+
+FIELD_SHAPE_GAIN = 1.0
+"""Nor is there in the course within a window, which noise would fill if it were magnified."""
+
+FIELD_CONTRAST = 0.9
+"""A gust, a hand on the throttle or a wrong forecast moves all four cylinders, a fault mostly one.
+
+What they have in common is therefore shown small. Not at nothing, or else a fault of all four, such
+as a leaking baffle seal, would not be seen.
+"""
+
+CYLINDER_COLUMNS = tuple(
+    np.array([CHANNEL_INDEX[name(cylinder)] for cylinder in CYLINDERS])
+    for name in (cht_name, egt_name)
+)
+"""Columns of the channels that every cylinder has, (4,) for each."""
+
+
+def contrasted(residual: Array32, share: float) -> Array32:
+    """Residuals (n, 23) with each cylinder less that share of the mean of the four."""
+    told = residual.copy()
+    for columns in CYLINDER_COLUMNS:
+        told[:, columns] -= share * residual[:, columns].mean(axis=1, keepdims=True)
+    return told
 
 
 def feature_mode(name: str, conditions: Conditions) -> FeatureMode:
     """The mode of that name as it is formed in those conditions.
 
     In field no mirror is this very aircraft: its engine and its sensors differ by a little that
-    lasts, which is taken off as the surrogate's is (paper section 4.2).
+    lasts, which is taken off as the surrogate's is (paper section 4.2), and what its weather and
+    its pilot do to all cylinders alike is shown small.
     """
     mode = FEATURE_MODES[name]
     if name == "paired" and conditions == "field":
-        return replace(mode, scale=FIELD_COMPRESSION * NOISE_SD, gain=SHAPE_GAIN, debiased=True)
+        return replace(
+            mode,
+            scale=FIELD_COMPRESSION * NOISE_SD,
+            gain=FIELD_SHAPE_GAIN,
+            debiased=True,
+            contrast=FIELD_CONTRAST,
+        )
     return mode
 
 
@@ -163,12 +200,12 @@ def baseline(mode: FeatureMode, pair: Pair) -> Array32:
 class Normalisation:
     """Constants that bring 46 channels to comparable size; all (23,) and from training data only.
 
-    A `pooled` residual r is compressed, c = asinh(r / residual_scale); with its mean m over the
-    window it becomes ``m / residual_sd + asinh(shape_gain (c - m))``: no centring, so that a
-    residual of exactly zero stays zero. A sensor value x is treated alike, c = asinh((x -
-    sensor_mean) / sensor_sd) becoming ``m + asinh(sensor_gain (c - m))``; mean and deviation are
-    those of the middle half of the training data, or else a few dead engines would set the scale
-    for all.
+    A `pooled` residual r, `contrasted` first, is compressed, c = asinh(r / residual_scale); with
+    its mean m over the window it becomes ``m / residual_sd + asinh(shape_gain (c - m))``: no
+    centring, so that a residual of exactly zero stays zero. A sensor value x is treated alike, c =
+    asinh((x - sensor_mean) / sensor_sd) becoming ``m + asinh(sensor_gain (c - m))``; mean and
+    deviation are those of the middle half of the training data, or else a few dead engines would
+    set the scale for all.
     """
 
     residual_scale: Array
@@ -177,6 +214,7 @@ class Normalisation:
     sensor_mean: Array
     sensor_sd: Array
     sensor_gain: Array
+    contrast: float = 0.0
 
     @classmethod
     def fitted(cls, flights: Iterable[tuple[Array32, Array32]], mode: FeatureMode) -> Self:
@@ -184,7 +222,7 @@ class Normalisation:
         count, squares = 0, np.zeros(N_CHANNELS)
         seen = []
         for residual, sensors in flights:
-            steps = pooled(residual)
+            steps = contrasted(pooled(residual), mode.contrast)
             count += len(steps)
             squares += np.square(np.arcsinh(steps / mode.scale)).sum(axis=0)
             seen.append(pooled(sensors)[::POOLED_A_SECOND])  # enough to find quartiles
@@ -196,6 +234,7 @@ class Normalisation:
             sensor_mean=middle,
             sensor_sd=np.maximum((high - low) / QUARTILES_PER_SD, MIN_SENSOR_SD),
             sensor_gain=np.full(N_CHANNELS, SHAPE_GAIN),
+            contrast=mode.contrast,
         )
 
     def features(
@@ -207,7 +246,8 @@ class Normalisation:
         """
         features = np.empty((n_features(inputs), len(residual) // POOL_STEPS), dtype=np.float32)
         if inputs != "states":
-            compressed = np.arcsinh(pooled(residual) / self.residual_scale)
+            steps = contrasted(pooled(residual), self.contrast)
+            compressed = np.arcsinh(steps / self.residual_scale)
             level = compressed.mean(axis=0)
             shape = np.arcsinh(self.shape_gain * (compressed - level))
             features[:N_CHANNELS] = (level / self.residual_sd + shape).T
@@ -220,7 +260,11 @@ class Normalisation:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON-ready values, in channel order; `from_dict` reads them back."""
-        constants = {name: getattr(self, name).tolist() for name in self.__dataclass_fields__}
+        constants = {
+            name: value.tolist() if isinstance(value, np.ndarray) else value
+            for name in self.__dataclass_fields__
+            for value in (getattr(self, name),)
+        }
         return {"pool_steps": POOL_STEPS, **constants}
 
     @classmethod
@@ -228,4 +272,8 @@ class Normalisation:
         """Read what `to_dict` wrote; raises `ValueError` where steps were pooled otherwise."""
         if values["pool_steps"] != POOL_STEPS:
             raise ValueError(f"{values['pool_steps']} samples were pooled, not {POOL_STEPS}")
-        return cls(**{name: np.asarray(values[name]) for name in cls.__dataclass_fields__})
+        arrays = [name for name in cls.__dataclass_fields__ if name != "contrast"]
+        return cls(
+            contrast=float(values.get("contrast", 0.0)),
+            **{name: np.asarray(values[name]) for name in arrays},
+        )

@@ -15,7 +15,7 @@ from torch import Tensor, nn
 
 from core.diagnosis.calibration import Logits
 from core.diagnosis.corpus import Corpus
-from core.diagnosis.features import Normalisation, n_features
+from core.diagnosis.features import Normalisation, feature_mode, n_features
 from core.diagnosis.networks import NETWORKS
 from core.diagnosis.scores import macro_f1
 from core.diagnosis.settings import Epoch, TrainingSettings
@@ -57,8 +57,9 @@ def fit_for(
 
 
 def identity_of(settings: TrainingSettings, manifest: Manifest, surrogate: str) -> str:
-    """A digest of what makes a training this one: its settings, its data, its surrogate."""
-    told = [asdict(settings), [run.sha256 for run in manifest.runs], surrogate]
+    """A digest of what makes a training this one: settings, features, data, surrogate."""
+    mode = feature_mode(settings.feature_mode, manifest.spec["conditions"])
+    told = [asdict(settings), mode.told(), [run.sha256 for run in manifest.runs], surrogate]
     return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:16]
 
 

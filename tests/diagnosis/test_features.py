@@ -14,6 +14,7 @@ from core.diagnosis.features import (
     POOL_STEPS,
     Normalisation,
     baseline,
+    contrasted,
     feature_mode,
     pooled,
 )
@@ -140,3 +141,33 @@ def test_only_the_field_s_mirror_is_debiased(make_pair):
     found = baseline(mode, pair)
     assert found[CHANNEL_INDEX["E1 CHT1"]] == pytest.approx(4.0, abs=1e-3)
     assert np.count_nonzero(found) == 1
+
+
+def test_in_field_what_all_cylinders_share_is_shown_small(flights):
+    residual = np.zeros((1500, N_CHANNELS), dtype=np.float32)
+    heads = [CHANNEL_INDEX[f"E1 CHT{number}"] for number in (1, 2, 3, 4)]
+    residual[:, heads] = 4.0
+    residual[:, heads[2]] = 8.0
+    found = contrasted(residual, 0.9)[0, heads]
+    np.testing.assert_allclose(found, [-0.5, -0.5, 3.5, -0.5], rtol=1e-5)
+    np.testing.assert_array_equal(contrasted(residual, 0.0), residual)
+    assert residual[0, heads[0]] == 4.0  # the residual itself is left as it was
+    others = [column for column in range(N_CHANNELS) if column not in heads]
+    noisy = flights[0][0]
+    np.testing.assert_array_equal(contrasted(noisy, 0.9)[:, others[:5]], noisy[:, others[:5]])
+
+
+def test_the_contrast_is_that_of_the_card(flights):
+    mode = feature_mode("paired", "field")
+    fitted = Normalisation.fitted(iter(flights), mode)
+    assert fitted.contrast == mode.contrast > 0.0
+    again = Normalisation.from_dict(json.loads(json.dumps(fitted.to_dict())))
+    np.testing.assert_array_equal(again.features(*flights[0]), fitted.features(*flights[0]))
+    plain = fitted.to_dict()
+    del plain["contrast"]  # as cards were before there was any
+    assert Normalisation.from_dict(plain).contrast == 0.0
+
+
+def test_lab_sees_each_cylinder_as_it_is():
+    assert feature_mode("paired", "lab").contrast == 0.0
+    assert feature_mode("surrogate", "field").contrast == 0.0
