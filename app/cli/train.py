@@ -54,6 +54,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--classifier", choices=("cnn", "lstm", "resnet", "transformer", "svm", "rf"),
         default="cnn", help="default cnn; of svm and rf only the card is kept",
     )  # fmt: skip
+    parser.add_argument(
+        "--inputs", choices=("both", "residuals", "states"),
+        help="which half of the 46 channels is learnt from (default: as the shipped one)",
+    )  # fmt: skip
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="default 0")
     parser.add_argument(
         "--epochs", type=int, metavar="N", help="at most this many passes over the training data"
@@ -80,18 +84,20 @@ def run(args: argparse.Namespace) -> None:
 
 def _classifier(args: argparse.Namespace, out: Path) -> dict[str, Any]:
     from core.diagnosis.predict import load_surrogate
-    from core.diagnosis.settings import TrainingSettings
+    from core.diagnosis.settings import CHOSEN_INPUTS, TrainingSettings
     from core.diagnosis.training import train
     from core.experiments.archive import read_manifest
 
+    conditions = read_manifest(args.data).spec["conditions"]
     chosen = {} if args.epochs is None else {"epochs": args.epochs}
     settings = TrainingSettings(
-        classifier=args.classifier, feature_mode=args.residual, seed=args.seed, **chosen
+        classifier=args.classifier,
+        feature_mode=args.residual,
+        inputs=args.inputs or CHOSEN_INPUTS.get((args.residual, conditions)),
+        seed=args.seed,
+        **chosen,
     )
-    surrogate = None
-    if args.residual == "surrogate":
-        conditions = read_manifest(args.data).spec["conditions"]
-        surrogate = load_surrogate(conditions, out)
+    surrogate = load_surrogate(conditions, out) if args.residual == "surrogate" else None
     return train(args.data, out, settings, surrogate=surrogate, progress=_tell)
 
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from core.channels import CHANNEL_NAMES, CHANNELS, N_CHANNELS
 from core.diagnosis.corpus import Corpus
-from core.diagnosis.features import pooled
+from core.diagnosis.features import FEATURE_ROWS, N_FEATURES, pooled
 from core.diagnosis.predict import Diagnoser, Residual, load_diagnoser
 from core.diagnosis.scores import macro_f1, scores
 from core.errors import InputError
@@ -80,7 +80,7 @@ def _corpus(folder: Path, conditions: str, diagnoser: Diagnoser, n_runs: int | N
 
 
 def _features(corpus: Corpus, diagnoser: Diagnoser) -> Features:
-    """Every scored window, (n, 46, 150)."""
+    """Every scored window, (n, 46, 150), or (n, 23, 150) of a half."""
     return np.concatenate(list(corpus.scored_batches(diagnoser.normalisation, BATCH)))
 
 
@@ -130,7 +130,7 @@ def _by_channel(
     told = []
     for number, name in enumerate(CHANNEL_NAMES):
         mixed = as_flown.copy()
-        rows = [number, number + N_CHANNELS]
+        rows = _rows(number, diagnoser)
         mixed[:, rows] = as_in_lab[:, rows]
         better = score(mixed)
         told.append(
@@ -145,6 +145,12 @@ def _by_channel(
             }
         )
     return told
+
+
+def _rows(channel: int, diagnoser: Diagnoser) -> list[int]:
+    """Where the classifier sees that channel's residual and reading, those that it is shown."""
+    shown = range(*FEATURE_ROWS[diagnoser.inputs].indices(N_FEATURES))
+    return [shown.index(row) for row in (channel, channel + N_CHANNELS) if row in shown]
 
 
 def _healthy_sd(corpus: Corpus) -> NDArray[np.float64]:

@@ -5,6 +5,7 @@ import pytest
 
 from core.diagnosis.card import load_model
 from core.diagnosis.predict import load_diagnoser
+from core.diagnosis.settings import CHOSEN_INPUTS
 from core.fmea.catalogue import class_ids
 from core.paths import MODELS
 from core.surrogate.training import CHOSEN_HORIZON
@@ -37,6 +38,12 @@ def test_it_loads_for_the_catalogue_of_today(residual, conditions):
     assert diagnoser.conditions == conditions
     assert diagnoser.calibration.temperature > 0.0
     assert np.isfinite(diagnoser.calibration.threshold)
+
+
+def test_it_sees_what_was_chosen_on_validation(residual, conditions):
+    diagnoser = load_diagnoser(residual, conditions=conditions)
+    assert diagnoser.inputs == CHOSEN_INPUTS.get((residual, conditions), "both")
+    assert diagnoser.normalisation.contrast == diagnoser.mode.contrast
 
 
 def test_no_seed_is_shared_between_the_parts(shipped_card):
