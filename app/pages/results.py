@@ -91,12 +91,14 @@ def _overview() -> list[Any]:
 def _overview_row(exhibit: Exhibit) -> html.Tr:
     if exhibit.kind == "model":
         cards = model_cards()
-        told: list[Any] = [card_line(card) for card in cards] or [_not_made(exhibit)]
+        told: list[Any] = [
+            f"{card['conditions']}, {card['feature_mode']}: {card_line(card)}" for card in cards
+        ] or [_not_made(exhibit)]
         conditions = ", ".join(dict.fromkeys(card["conditions"] for card in cards)) or "–"
         made = "–"
     else:
         shelved = [item for item in map(take, exhibit.files) if item.content or item.problem]
-        told = [_headline(exhibit, item) for item in shelved] or [_not_made(exhibit)]
+        told = [_lined(exhibit, item) for item in shelved] or [_not_made(exhibit)]
         conditions = ", ".join(dict.fromkeys(_conditions(item) for item in shelved)) or "–"
         made = max((_made(item) for item in shelved), default="–")
     return html.Tr(
@@ -111,6 +113,14 @@ def _overview_row(exhibit: Exhibit) -> html.Tr:
 
 def _not_made(exhibit: Exhibit) -> html.Span:
     return html.Span(["not made yet: ", html.Code(exhibit.command)], className="note")
+
+
+def _lined(exhibit: Exhibit, shelved: Shelved) -> Any:
+    """Its headline, after the conditions where there is one for each."""
+    headline = _headline(exhibit, shelved)
+    if len(exhibit.files) < 2 or not isinstance(headline, str):
+        return headline
+    return f"{_conditions(shelved)}: {headline}"
 
 
 def _headline(exhibit: Exhibit, shelved: Shelved) -> Any:

@@ -50,7 +50,7 @@ def take(name: str, folder: Path = SHELF) -> Shelved:
 
 
 def model_cards(folder: Path = MODELS) -> list[dict[str, Any]]:
-    """The cards of the classifiers shipped in ``folder``, by name; damaged ones are left out."""
+    """The cards of the classifiers in ``folder``, lab's first; damaged ones are left out."""
     cards = []
     for path in sorted(folder.glob("*.json")):
         try:
@@ -59,4 +59,4 @@ def model_cards(folder: Path = MODELS) -> list[dict[str, Any]]:
             continue
         if "test_windows" in card.get("scores", {}):
             cards.append(card)
-    return cards
+    return sorted(cards, key=lambda card: (card.get("conditions") != "lab", card["name"]))

@@ -175,6 +175,15 @@ def knowledge() -> Mapping[str, ModeKnowledge]:
     return read_knowledge(ASSETS / "fmea" / "knowledge.toml")
 
 
+def tell_apart(one: str, other: str) -> str | None:
+    """What tells two modes apart by the knowledge base; None where it does not call them alike."""
+    for mode, alike in ((one, other), (other, one)):
+        for item in knowledge()[mode].look_alikes:
+            if item.mode == alike:
+                return item.tell
+    return None
+
+
 def read_knowledge(path: Path) -> Mapping[str, ModeKnowledge]:
     """Read and validate a knowledge file; raises `InputError` naming mode and field."""
     try:

@@ -11,9 +11,11 @@ from app.cli import main
 from app.cli.experiment import EXPERIMENTS
 from app.pages import results
 from app.pages.exhibits import EXHIBITS, MEASURES, Exhibit
+from app.pages.model_card import model_parts
 from app.panels.scores import beside_paper, confusion_figure
 from core.experiments.paper import paper_tables
 from core.experiments.shelf import model_cards, take
+from core.fmea.knowledge import tell_apart
 
 
 def sent(component: object) -> str:
@@ -125,3 +127,41 @@ def test_scores_and_confusions_are_valid_figures() -> None:
     assert sum(value is not None for row in right.z for value in row) == len(counts)
     mistakes = sum(1 for i, row in enumerate(counts) for j, n in enumerate(row) if n and i != j)
     assert sum(value is not None for row in wrong.z for value in row) == mistakes
+
+
+def test_mistakes_between_look_alikes_say_what_tells_the_two_apart() -> None:
+    (card, *_) = model_cards()
+    classes = card["classes"]
+    counts = [[0] * len(classes) for _ in classes]
+    plug, crack, seal = map(classes.index, ("baffle_plug", "baffle_crack", "engine_seal_loose"))
+    counts[plug][crack] = 3
+    counts[plug][plug] = 5
+    counts[seal][crack] = 1  # no one takes these for alike
+    windows = {**card["scores"]["test_windows"], "confusion": counts, "mistakes": []}
+    made = {**card, "scores": {**card["scores"], "test_windows": windows}}
+    text = sent(model_parts(made))
+    assert "4 windows are named wrongly, 3 of them (75 %) for a look-alike" in text
+    tell = tell_apart("baffle_plug", "baffle_crack")
+    assert tell is not None
+    assert text.count(tell) == 1
+    assert tell_apart("engine_seal_loose", "baffle_crack") is None
+    assert tell_apart("baffle_crack", "baffle_plug") is not None
+
+
+def test_a_model_without_mistakes_says_so() -> None:
+    (card, *_) = model_cards()
+    counts = [[int(i == j) for j in range(20)] for i in range(20)]
+    windows = {**card["scores"]["test_windows"], "confusion": counts, "mistakes": []}
+    made = {**card, "scores": {**card["scores"], "test_windows": windows}}
+    text = sent(model_parts(made))
+    assert "No window was taken for another class." in text
+
+
+def test_of_field_no_value_of_the_paper_is_claimed(shelf: Path) -> None:
+    rows = [{"scheme": "Raw states", "macro_f1": 0.5, "paper_macro_f1": 0.914}]
+    for conditions in ("lab", "field"):
+        settings = {"conditions": conditions}
+        write(shelf, f"table1-{conditions}", conditions=conditions, rows=rows, settings=settings)
+    page = sent(results.layout())
+    assert "lab: best macro-F1 0.500 (Raw states, paper 0.914)" in page
+    assert "field: best macro-F1 0.500 (Raw states)" in page
