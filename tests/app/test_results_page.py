@@ -162,6 +162,6 @@ def test_of_field_no_value_of_the_paper_is_claimed(shelf: Path) -> None:
     for conditions in ("lab", "field"):
         settings = {"conditions": conditions}
         write(shelf, f"table1-{conditions}", conditions=conditions, rows=rows, settings=settings)
-    page = sent(results.layout())
+    page = sent(results.layout(None))
     assert "lab: best macro-F1 0.500 (Raw states, paper 0.914)" in page
     assert "field: best macro-F1 0.500 (Raw states)" in page
