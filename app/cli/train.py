@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from app.cli.output import note, print_json, writable_folder
+from app.cli.output import note, print_json, progress, writable_folder
 from core.errors import InputError
 from core.paths import MODELS
 
@@ -22,6 +22,7 @@ EXAMPLES = """\
 examples:
   mirrortwin train --data data/lab --out models/
   mirrortwin train --surrogate --out models/
+  mirrortwin train --healthy --out models/
   mirrortwin train --data data/lab --residual surrogate --out models/
   mirrortwin train --data data/small --out /tmp/models --classifier resnet --epochs 3
 """
@@ -33,6 +34,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--surrogate", action="store_true", help="train the surrogate; needs no data set"
     )
+    parser.add_argument(
+        "--healthy", action="store_true",
+        help="describe how far residuals of healthy field flights stray; needs no data set",
+    )  # fmt: skip
     parser.add_argument(
         "--conditions", choices=("lab", "field"), default="lab",
         help="with --surrogate: which flights it learns from (default lab)",
@@ -67,9 +72,14 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Train and save; raises `InputError` or `StoreError`."""
-    if args.surrogate == (args.data is not None):
-        raise InputError("data", "name a data set with --data, or train the --surrogate")
+    if sum((args.surrogate, args.healthy, args.data is not None)) != 1:
+        raise InputError(
+            "data", "name a data set with --data, or train the --surrogate, or --healthy"
+        )
     out = writable_folder(args.out)
+    if args.healthy:
+        _healthy(args, out)
+        return
     card = _surrogate(args, out) if args.surrogate else _classifier(args, out)
     if args.json:
         print_json(card)
@@ -80,6 +90,18 @@ def run(args: argparse.Namespace) -> None:
             print(f"  {part}: macro-F1 {scores['macro_f1']:.4f}")
         else:
             print(f"  {part}: mean absolute error one step ahead {scores['mae']:.3f}")
+
+
+def _healthy(args: argparse.Namespace, out: Path) -> None:
+    from core.experiments.healthy import make_healthy
+    from core.residual.healthy import NAME
+
+    with progress("healthy field flights") as show:
+        healthy = make_healthy(out, show)
+    if args.json:
+        print_json(healthy.to_dict())
+    else:
+        print(f"{NAME} in {args.out}")
 
 
 def _classifier(args: argparse.Namespace, out: Path) -> dict[str, Any]:
