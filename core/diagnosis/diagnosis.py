@@ -1,5 +1,6 @@
 """What a diagnosis says: probabilities over time, the verdict and the evidence for it."""
 
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
@@ -8,13 +9,18 @@ from numpy.typing import NDArray
 
 Array32 = NDArray[np.float32]
 
+InterventionKind = Literal["repair", "target"]
+
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
     """One channel that left its mirror: where, how far, which way.
 
-    ``value`` is the mean residual over [start_s, end_s] in ``unit``; ``sigma`` the same in
-    standard deviations of the channel's sensor noise; ``onset_s`` when it first left the band.
+    It was outside its band from ``start_s`` to ``end_s``. ``value``, in ``unit``, is what it came
+    to: the mean residual over the last 30 s of that, or over all of it where the channel was back
+    before the end. ``settled_s`` is when it had come there, None where it still moves or came
+    back. ``sigma`` is the value in standard deviations of what healthy flights do by themselves
+    (in lab, of the sensor's noise); ``onset_s`` when it first left the band.
     """
 
     channel: str
@@ -25,6 +31,23 @@ class Evidence:
     direction: Literal["+", "-"]
     sigma: float
     onset_s: float
+    settled_s: float | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain JSON-ready values."""
+        return asdict(self)
+
+
+@dataclass(frozen=True, slots=True)
+class Intervention:
+    """What everybody in the hangar knows was done on the way: the engine repaired, new targets.
+
+    An injected fault is none: a diagnosis must not know it. ``targets`` is what the crew was given.
+    """
+
+    time_s: float
+    kind: InterventionKind
+    targets: str = ""
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON-ready values."""
@@ -39,7 +62,9 @@ class Diagnosis:
     ``probabilities``: (20,) the verdict over the effective window; ``classes``: the 20 ids.
     ``onset_s`` is the estimated onset, None where nothing left the noise. ``none_of_these`` says
     that the flight resembles nothing that the model has learnt, so that its verdict counts little;
-    it goes by ``energy``, the mean over the windows that the verdict hears.
+    it goes by ``energy``, the mean over the windows that the verdict is made of.
+    ``interventions`` are what was done on the way, in order; nothing after the first repair that
+    follows the onset is evidence.
     """
 
     classes: tuple[str, ...]
@@ -52,6 +77,12 @@ class Diagnosis:
     conditions: str
     none_of_these: bool = False
     energy: float | None = None
+    interventions: tuple[Intervention, ...] = ()
+
+    @property
+    def judged_until_s(self) -> float | None:
+        """When the engine was repaired, from which on nothing counts; None if it was not."""
+        return judged_until(self.onset_s, self.interventions)
 
     @property
     def top(self) -> str:
@@ -74,6 +105,7 @@ class Diagnosis:
             "conditions": self.conditions,
             "none_of_these": self.none_of_these,
             "energy": self.energy,
+            "interventions": [item.to_dict() for item in self.interventions],
             "over_time": {
                 "time_s": [float(t) for t in self.time_s],
                 "probabilities": [[float(p) for p in row] for row in self.probabilities_over_time],
@@ -98,4 +130,13 @@ class Diagnosis:
             conditions=values["conditions"],
             none_of_these=values.get("none_of_these", False),
             energy=values.get("energy"),
+            interventions=tuple(Intervention(**item) for item in values.get("interventions", ())),
         )
+
+
+def judged_until(onset_s: float | None, interventions: Iterable[Intervention]) -> float | None:
+    """The first repair after the onset, if any: what follows it is no longer the fault's."""
+    if onset_s is None:
+        return None
+    repairs = [item.time_s for item in interventions if item.kind == "repair"]
+    return min((time_s for time_s in repairs if time_s > onset_s), default=None)

@@ -1,5 +1,6 @@
 """Diagnosis of a flight: window by window as it goes on, and the verdict at the end."""
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -10,21 +11,23 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
+from core.channels import N_CHANNELS
 from core.diagnosis.calibration import Calibration
 from core.diagnosis.card import Card, load_model
-from core.diagnosis.diagnosis import Diagnosis, Evidence
-from core.diagnosis.evidence import find_evidence, find_surrogate_evidence
+from core.diagnosis.diagnosis import Diagnosis, Evidence, Intervention, judged_until
+from core.diagnosis.evidence import find_evidence, find_field_evidence, find_surrogate_evidence
 from core.diagnosis.features import (
     FeatureMode,
     Inputs,
     Normalisation,
-    baseline,
     feature_mode,
     n_features,
 )
 from core.diagnosis.networks import NETWORKS
 from core.errors import InputError, MirrorTwinError
 from core.paths import MODELS
+from core.residual.departure import DepartureTest
+from core.residual.healthy import STEP_S, STEP_SAMPLES, HealthyResidual, load_healthy, steps
 from core.residual.window import EFFECTIVE_S, STRIDE_STEPS, WINDOW_S, WINDOW_STEPS
 from core.surrogate.controls import controls
 from core.surrogate.surrogate import Surrogate, debiased
@@ -38,36 +41,55 @@ UNCALIBRATED = Calibration()
 
 TIME_TOLERANCE_S = DT_S / 2
 
-
-def verdict(time_s: Array, probabilities: Array32, onset_s: float | None) -> Array32:
-    """The run's class probabilities, (c,), from those of its windows, (k, c): the mean of `heard`.
-
-    ``time_s``: (k,) window ends.
-    """
-    chosen = heard(time_s, onset_s)
-    mean: Array32 = probabilities[chosen].mean(axis=0, dtype=np.float64).astype(np.float32)
-    return mean
+BASELINE_STEPS = WINDOW_STEPS // STEP_SAMPLES
+BASELINE_LEAD_STEPS = round(60.0 / STEP_S)
+"""How long before a window the baseline of a flight ends that has not departed from anything."""
 
 
-def heard(time_s: Array, onset_s: float | None) -> NDArray[np.bool_]:
-    """Which windows, by their ends (k,), the verdict hears.
+def counted_windows(
+    time_s: Array, onset_s: float | None, until_s: float | None = None
+) -> NDArray[np.bool_]:
+    """Which windows, by their ends (k,), make the verdict.
 
-    Those that lie wholly within the effective window, onset to onset + 120 s; where the flight
-    ends before one is complete, those that reach furthest beyond the onset. Without an onset all.
+    Those that lie wholly within the effective window, onset to onset + 120 s, and end by
+    ``until_s``; where none is complete by then, the one that reaches furthest beyond the onset.
+    Without an onset all.
     """
     if onset_s is None:
         return np.ones(len(time_s), dtype=bool)
+    last_s = onset_s + EFFECTIVE_S
+    if until_s is not None:
+        last_s = min(last_s, until_s)
     begins_after = time_s - WINDOW_S >= onset_s - TIME_TOLERANCE_S
-    chosen: NDArray[np.bool_] = begins_after & (time_s <= onset_s + EFFECTIVE_S + TIME_TOLERANCE_S)
+    chosen: NDArray[np.bool_] = begins_after & (time_s <= last_s + TIME_TOLERANCE_S)
     if not chosen.any():
-        chosen = np.arange(len(time_s)) == _latest(time_s, onset_s)
+        chosen = np.arange(len(time_s)) == _latest(time_s, last_s)
     return chosen
 
 
-def _latest(time_s: Array, onset_s: float) -> int:
-    """The last window that ends within the effective window, else simply the last one."""
-    within = np.flatnonzero(time_s <= onset_s + EFFECTIVE_S + TIME_TOLERANCE_S)
+def _latest(time_s: Array, last_s: float) -> int:
+    """The last window that ends by ``last_s``, else simply the last one."""
+    within = np.flatnonzero(time_s <= last_s + TIME_TOLERANCE_S)
     return int(within[-1]) if len(within) else len(time_s) - 1
+
+
+def _verdict_until(
+    time_s: Array, onset_s: float | None, interventions: Sequence[Intervention]
+) -> float | None:
+    """Where the verdict's windows end: at the repair, and before new targets if one fits there.
+
+    While both aircraft fly to new targets their difference is the fault's still, but not one that
+    any model has learnt.
+    """
+    until_s = judged_until(onset_s, interventions)
+    if onset_s is None:
+        return None
+    targets = [item.time_s for item in interventions if item.kind == "target"]
+    steered_s = min((each for each in targets if each > onset_s), default=None)
+    if steered_s is None or (until_s is not None and until_s <= steered_s):
+        return until_s
+    whole = (time_s - WINDOW_S >= onset_s - TIME_TOLERANCE_S) & (time_s <= steered_s)
+    return steered_s if whole.any() else until_s
 
 
 class ResidualReader(Protocol):
@@ -79,8 +101,11 @@ class ResidualReader(Protocol):
     def window(self, start_row: int, window: Pair) -> Array32:
         """Residuals (1500, 23) of a window that begins at ``start_row`` of what was pushed."""
 
-    def evidence(self, pair: Pair) -> tuple[tuple[Evidence, ...], float | None]:
-        """Evidence and onset of the whole flight."""
+    def onset(self, pair: Pair) -> float | None:
+        """Estimated onset of the whole flight in seconds; None where it departs from nothing."""
+
+    def evidence(self, pair: Pair, until_s: float | None) -> tuple[Evidence, ...]:
+        """Evidence of the whole flight, as far as ``until_s``."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -152,7 +177,11 @@ class Diagnoser:
         return answer
 
     def diagnose(
-        self, pair: Pair, plan: Plan | None = None, residual: Array32 | None = None
+        self,
+        pair: Pair,
+        plan: Plan | None = None,
+        residual: Array32 | None = None,
+        interventions: Iterable[Intervention] = (),
     ) -> Diagnosis:
         """The whole run; raises `InputError` as `stream` and `StreamingDiagnoser.finish` do.
 
@@ -163,7 +192,7 @@ class Diagnoser:
         else:
             stream = self.stream(plan)
         stream.push(pair)
-        return stream.finish()
+        return stream.finish(interventions)
 
     def stream(self, plan: Plan | None = None) -> "StreamingDiagnoser":
         """A diagnosis that follows a flight block by block.
@@ -175,6 +204,8 @@ class Diagnoser:
 
     def _reader(self, plan: Plan | None) -> ResidualReader:
         if self.mode.residual is not None:
+            if self.mode.debiased:
+                return _FieldReader(self.mode, load_healthy())
             return _MirrorReader(self.mode)
         assert self.surrogate is not None  # see `from_card`
         if plan is None:
@@ -183,31 +214,77 @@ class Diagnoser:
 
 
 class _MirrorReader:
-    """Residuals that a window itself tells, but for the baseline of a debiased mode."""
+    """Residuals of an exact mirror: a window tells its own."""
 
     def __init__(self, mode: FeatureMode) -> None:
         assert mode.residual is not None
-        self._mode = mode
         self._residual = mode.residual
-        self._baseline: Array32 | None = None
 
     def push(self, block: Pair) -> None:
-        """Nothing to remember: the first window is the baseline."""
+        """Nothing to remember."""
 
     def window(self, start_row: int, window: Pair) -> Array32:
-        residual = self._residual(window)
-        if not self._mode.debiased:
-            return residual
-        if self._baseline is None:
-            self._baseline = baseline(self._mode, window)
-        return residual - self._baseline
+        return self._residual(window)
 
-    def evidence(self, pair: Pair) -> tuple[tuple[Evidence, ...], float | None]:
-        if self._baseline is not None:
-            usual = self._baseline
-            flown = pair.faulted
-            pair = Pair(Trajectory(flown.time_s, flown.states, flown.channels - usual), pair.mirror)
-        return find_evidence(pair)
+    def onset(self, pair: Pair) -> float | None:
+        return find_evidence(pair)[1]
+
+    def evidence(self, pair: Pair, until_s: float | None) -> tuple[Evidence, ...]:
+        return find_evidence(pair, until_s)[0]
+
+
+class _FieldReader:
+    """Residuals of a mirror that is only roughly this aircraft in this air.
+
+    They are taken from their mean over 30 s that are held to be healthy: those before the
+    departure from what healthy flights do, once one is found. Until then those that ended a
+    minute before the window begins: models have seen windows that far from their baseline, and
+    healthy flights drift.
+    """
+
+    def __init__(self, mode: FeatureMode, healthy: HealthyResidual) -> None:
+        assert mode.residual is not None
+        self._residual = mode.residual
+        self._healthy = healthy
+        self._test = DepartureTest(healthy)
+        self._waiting = np.empty((0, 2 * N_CHANNELS), dtype=np.float32)
+        self._steps = np.empty((0, 2 * N_CHANNELS))
+
+    def push(self, block: Pair) -> None:
+        rows = np.concatenate([self._residual(block), block.mirror.channels], axis=1)
+        self._waiting = np.concatenate([self._waiting, rows])
+        means = steps(self._waiting)
+        self._waiting = self._waiting[len(means) * STEP_SAMPLES :]
+        self._steps = np.concatenate([self._steps, means])
+
+    def window(self, start_row: int, window: Pair) -> Array32:
+        start = start_row // STEP_SAMPLES
+        self._test_until(start + WINDOW_STEPS // STEP_SAMPLES)
+        departure = self._test.found
+        end = start - BASELINE_LEAD_STEPS
+        if departure is not None and start + BASELINE_STEPS >= departure.onset_s / STEP_S:
+            end = round(departure.onset_s / STEP_S)
+        end = max(end, BASELINE_STEPS)
+        usual = self._steps[end - BASELINE_STEPS : end, :N_CHANNELS].mean(axis=0)
+        residual: Array32 = self._residual(window) - usual.astype(np.float32)
+        return residual
+
+    def _test_until(self, step: int) -> None:
+        """Test up to there and no further, however much has been pushed."""
+        for number in range(self._test.n_steps, min(step, len(self._steps))):
+            residual, mirror = np.split(self._steps[number], 2)
+            self._test.push(residual, mirror)
+
+    def onset(self, pair: Pair) -> float | None:
+        self._test_until(len(self._steps))
+        departure = self._test.finish()
+        return None if departure is None else departure.onset_s
+
+    def evidence(self, pair: Pair, until_s: float | None) -> tuple[Evidence, ...]:
+        departure = self._test.finish()
+        return find_field_evidence(
+            self._residual(pair), departure, self._healthy, self._test.air, until_s
+        )[0]
 
 
 class _KnownReader:
@@ -223,8 +300,12 @@ class _KnownReader:
     def window(self, start_row: int, window: Pair) -> Array32:
         return self._residual[start_row : start_row + WINDOW_STEPS]
 
-    def evidence(self, pair: Pair) -> tuple[tuple[Evidence, ...], float | None]:
-        return find_surrogate_evidence(self._residual, pair.faulted.time_s, self._surrogate)
+    def onset(self, pair: Pair) -> float | None:
+        return find_surrogate_evidence(self._residual, pair.faulted.time_s, self._surrogate)[1]
+
+    def evidence(self, pair: Pair, until_s: float | None) -> tuple[Evidence, ...]:
+        time_s = pair.faulted.time_s
+        return find_surrogate_evidence(self._residual, time_s, self._surrogate, until_s)[0]
 
 
 class _SurrogateReader:
@@ -248,9 +329,17 @@ class _SurrogateReader:
         smoothed = self._smoothed[0]
         return debiased(smoothed)[start_row : start_row + WINDOW_STEPS]
 
-    def evidence(self, pair: Pair) -> tuple[tuple[Evidence, ...], float | None]:
-        smoothed = np.concatenate(self._smoothed)
-        return find_surrogate_evidence(debiased(smoothed), pair.faulted.time_s, self._surrogate)
+    def onset(self, pair: Pair) -> float | None:
+        return self._found(pair, None)[1]
+
+    def evidence(self, pair: Pair, until_s: float | None) -> tuple[Evidence, ...]:
+        return self._found(pair, until_s)[0]
+
+    def _found(
+        self, pair: Pair, until_s: float | None
+    ) -> tuple[tuple[Evidence, ...], float | None]:
+        residual = debiased(np.concatenate(self._smoothed))
+        return find_surrogate_evidence(residual, pair.faulted.time_s, self._surrogate, until_s)
 
 
 class StreamingDiagnoser:
@@ -290,27 +379,34 @@ class StreamingDiagnoser:
         self._recent = recent
         return completed
 
-    def finish(self) -> Diagnosis:
-        """The verdict; raises `InputError` if less than one window has flown."""
+    def finish(self, interventions: Iterable[Intervention] = ()) -> Diagnosis:
+        """The verdict; raises `InputError` if less than one window has flown.
+
+        ``interventions``: what was done on the way, in any order.
+        """
         if not self._time_s:
             raise InputError("flight", f"must last at least {WINDOW_S:g} s to be diagnosed")
-        evidence, onset_s = self._reader.evidence(_joined(self._blocks))
+        done = tuple(sorted(interventions, key=lambda item: item.time_s))
+        flight = _joined(self._blocks)
+        onset_s = self._reader.onset(flight)
         time_s = np.array(self._time_s)
         calibration = self._diagnoser.calibration
         logits = np.stack(self._logits)
         probabilities = calibration.probabilities(logits)
-        energy = float(calibration.energy(logits)[heard(time_s, onset_s)].mean())
+        counted = counted_windows(time_s, onset_s, _verdict_until(time_s, onset_s, done))
+        energy = float(calibration.energy(logits)[counted].mean())
         return Diagnosis(
             classes=self._diagnoser.classes,
             time_s=time_s,
             probabilities_over_time=probabilities,
-            probabilities=verdict(time_s, probabilities, onset_s),
-            evidence=evidence,
+            probabilities=probabilities[counted].mean(axis=0, dtype=np.float64).astype(np.float32),
+            evidence=self._reader.evidence(flight, judged_until(onset_s, done)),
             onset_s=onset_s,
             model=self._diagnoser.name,
             conditions=self._diagnoser.conditions,
             none_of_these=energy > calibration.threshold,
             energy=energy,
+            interventions=done,
         )
 
 

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
-from core.channels import channel
-from core.diagnosis.evidence import find_evidence, sensor_sd
+from core.channels import CHANNEL_INDEX, channel
+from core.diagnosis.evidence import find_evidence
+from core.residual.healthy import sensor_sd
+from core.twin.trajectory import Pair, Trajectory
 
 
 def test_a_healthy_flight_gives_none(make_pair):
@@ -53,11 +55,41 @@ def test_what_has_not_really_moved_is_left_out(make_pair, shifts):
     assert onset_s == pytest.approx(20.0)
 
 
-def test_only_the_effective_window_counts(make_pair):
-    pair = make_pair(200.0, ("E1 CHT1", 4.0, 20.0, 200.0), ("AltMSL", -90.0, 145.0, 200.0))
-    (evidence,), _ = find_evidence(pair)
-    assert evidence.channel == "E1 CHT1"
-    assert evidence.end_s == pytest.approx(139.98)
+def test_evidence_reaches_to_the_end_of_the_flight(make_pair):
+    """ux.md D5: a shift that grows for minutes was told as its mean over the first two."""
+    pair = make_pair(400.0, ("E1 CHT1", 4.0, 20.0, 400.0), ("AltMSL", -90.0, 245.0, 400.0))
+    altitude, head = find_evidence(pair)[0]
+    assert (head.channel, head.end_s) == ("E1 CHT1", pytest.approx(399.98))
+    assert (altitude.channel, altitude.end_s) == ("AltMSL", pytest.approx(399.98))
+
+
+def _ramped(pair: Pair, rise_until_s: float) -> Pair:
+    """The pair with an oil temperature that rises from 60 s on, up to 30 degF."""
+    channels = pair.faulted.channels.copy()
+    time_s = pair.faulted.time_s
+    share = np.clip((time_s - 60.0) / (rise_until_s - 60.0), 0.0, 1.0)
+    channels[:, CHANNEL_INDEX["E1 OilT"]] += np.float32(30.0) * share.astype(np.float32)
+    return Pair(Trajectory(time_s, pair.faulted.states, channels), pair.mirror)
+
+
+def test_the_value_is_what_a_channel_settles_at_and_when(make_pair):
+    (oil,), _ = find_evidence(_ramped(make_pair(400.0), 200.0))
+    assert oil.value == pytest.approx(30.0, abs=0.01)
+    assert oil.settled_s == pytest.approx(200.0, abs=15.0)
+
+
+def test_what_still_moves_has_not_settled(make_pair):
+    (oil,), _ = find_evidence(_ramped(make_pair(400.0), 400.0))
+    assert oil.value == pytest.approx(30.0 * (385.0 - 60.0) / 340.0, abs=0.1)
+    assert oil.settled_s is None
+
+
+def test_nothing_after_a_repair_is_evidence(make_pair):
+    pair = make_pair(300.0, ("E1 CHT1", 4.0, 20.0, 150.0), ("E1 EGT2", 90.0, 200.0, 300.0))
+    (head,), onset_s = find_evidence(pair, until_s=150.0)
+    assert onset_s == pytest.approx(20.0)
+    assert (head.channel, head.value) == ("E1 CHT1", pytest.approx(4.0, abs=1e-4))
+    assert head.end_s == pytest.approx(149.98)
 
 
 def test_the_same_flight_gives_the_same_evidence(make_pair):

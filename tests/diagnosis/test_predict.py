@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from core.diagnosis.card import load_model, readable_json, save_model
+from core.diagnosis.diagnosis import Diagnosis, Intervention
 from core.diagnosis.features import feature_mode
-from core.diagnosis.predict import Diagnoser, load_diagnoser, verdict
+from core.diagnosis.predict import Diagnoser, counted_windows, load_diagnoser
 from core.errors import InputError, MirrorTwinError
 from core.twin.trajectory import Pair
 
@@ -85,11 +86,41 @@ ENDS_S = np.arange(30.0, 301.0, 5.0)
 )
 def test_the_verdict_averages_the_effective_window(onset_s, flight_s, first_s, last_s):
     time_s = ENDS_S[: int(flight_s / 5) - 5]
-    # Each window votes for its own number, so the mean shows which were counted.
-    votes = np.eye(len(time_s), dtype=np.float32)
-    counted = np.flatnonzero(verdict(time_s, votes, onset_s))
+    counted = np.flatnonzero(counted_windows(time_s, onset_s))
     assert (time_s[counted[0]], time_s[counted[-1]]) == (first_s, last_s)
     assert len(counted) == (last_s - first_s) / 5 + 1
+
+
+@pytest.mark.parametrize(
+    ("until_s", "first_s", "last_s"),
+    [(150.0, 90, 150), (100.0, 90, 100), (80.0, 80, 80), (500.0, 90, 180)],
+)
+def test_the_verdict_ends_with_the_repair(until_s, first_s, last_s):
+    counted = ENDS_S[counted_windows(ENDS_S, 60.0, until_s)]
+    assert (counted[0], counted[-1]) == (first_s, last_s)
+
+
+def test_a_repair_and_new_targets_are_kept_with_the_diagnosis(make_pair, untrained):
+    """ux.md D4: an engine that was repaired was diagnosed from what came after."""
+    pair = make_pair(300.0, ("E1 CHT1", 8.0, 60.0, 160.0), ("E1 EGT3", 50.0, 200.0, 300.0))
+    done = (Intervention(220.0, "target", "5,000 ft"), Intervention(160.0, "repair"))
+    diagnosis = untrained.diagnose(pair, interventions=done)
+    assert [item.channel for item in diagnosis.evidence] == ["E1 CHT1"]
+    assert diagnosis.judged_until_s == 160.0
+    assert [item.time_s for item in diagnosis.interventions] == [160.0, 220.0]
+    assert Diagnosis.from_dict(diagnosis.to_dict()).to_dict() == diagnosis.to_dict()
+    ends = diagnosis.time_s
+    counted = (ends >= 90.0) & (ends <= 160.0)
+    np.testing.assert_allclose(
+        diagnosis.probabilities, diagnosis.probabilities_over_time[counted].mean(axis=0), rtol=1e-5
+    )
+
+
+def test_a_diagnosis_of_before_is_read(make_pair, untrained):
+    values = untrained.diagnose(make_pair(60.0, FAULT)).to_dict()
+    del values["interventions"], values["evidence"][0]["settled_s"]
+    read = Diagnosis.from_dict(values)
+    assert (read.interventions, read.evidence[0].settled_s) == ((), None)
 
 
 @pytest.fixture
@@ -166,11 +197,13 @@ def test_a_diagnoser_is_loaded_once(stored):
 def test_in_field_what_lasts_from_the_beginning_is_no_fault(untrained, make_pair):
     """A sensor that reads 6 degF high all along is no residual and no evidence."""
     in_field = replace(untrained, mode=feature_mode("paired", "field"), conditions="field")
-    falls = ("E1 EGT2", -40.0, 40.0, 60.0)
-    sound = make_pair(60.0, falls)
-    high = make_pair(60.0, falls, ("E1 CHT1", 6.0, 0.0, 60.0))
+    falls = ("E1 EGT2", -40.0, 60.0, 150.0)
+    sound = make_pair(150.0, falls)
+    high = make_pair(150.0, falls, ("E1 CHT1", 6.0, 0.0, 150.0))
     found = [in_field.stream(), in_field.stream()]
     for stream, pair in zip(found, (sound, high), strict=True):
         stream.push(pair)
-        assert {item.channel for item in stream.finish().evidence} == {"E1 EGT2"}
+        diagnosis = stream.finish()
+        assert {item.channel for item in diagnosis.evidence} == {"E1 EGT2"}
+        assert diagnosis.onset_s == pytest.approx(60.0, abs=5.0)
     assert [item.channel for item in untrained.diagnose(high).evidence] != ["E1 EGT2"]
