@@ -9,12 +9,14 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from core.channels import CHANNEL_INDEX
 from core.diagnosis.diagnosis import Diagnosis, Evidence
 from core.errors import InputError
 from core.fmea.knowledge import ModeKnowledge, knowledge
 from core.report.grounding import GAUGE_SHARE, CylinderHit, Finding, cylinder_hit, examine
+from core.residual.window import WINDOW_S
 
 N_CANDIDATES = 3
 """How many classes a report weighs (the paper's top-K)."""
@@ -25,6 +27,11 @@ CLOSE_MARGIN = 0.2
 LIKELY = 0.895
 UNLIKELY = 0.5
 """Probabilities at which confidence can be high (prints as 90 %), and below which it is low."""
+
+MIN_LATER_WINDOWS = 6
+MIN_LATER_SHARE = 0.1
+MAX_LATER = 2
+"""A class is said to be named later by that many windows, that share of them; so many classes."""
 
 Confidence = Literal["high", "moderate", "low"]
 
@@ -43,18 +50,32 @@ class Candidate:
 
 
 @dataclass(frozen=True, slots=True)
+class LaterClass:
+    """A class other than the verdict that windows after the onset name: ``windows`` ``of`` so many.
+
+    ``first_s``: the end of the first of them.
+    """
+
+    mode: str
+    windows: int
+    of: int
+    first_s: float
+
+
+@dataclass(frozen=True, slots=True)
 class Case:
     """What a report is written from.
 
     ``candidates``: the most probable classes, best first. ``look_alikes``: those of the first that
     are not candidates themselves. ``hit``: the cylinder that the evidence points to, None where it
-    points to none.
+    points to none. ``later``: what windows after the onset name instead of the verdict.
     """
 
     diagnosis: Diagnosis
     candidates: tuple[Candidate, ...]
     look_alikes: tuple[Candidate, ...]
     hit: CylinderHit | None
+    later: tuple[LaterClass, ...] = ()
 
     @property
     def top(self) -> Candidate:
@@ -79,6 +100,11 @@ class Case:
         return self.top.mode.id == "nominal" and bool(self.top.finding.having("conflicts"))
 
     @property
+    def parts_unseen(self) -> bool:
+        """Whether the two flights part, yet no channel by itself has left its noise."""
+        return self.diagnosis.onset_s is not None and not self.evidence
+
+    @property
     def is_close(self) -> bool:
         """Whether the second candidate is as good as the first."""
         return self.margin < CLOSE_MARGIN
@@ -88,9 +114,12 @@ class Case:
         """How sure to sound: odds, margin and evidence together.
 
         Low where the odds are even, or less than half of what the first candidate must move has
-        moved, or as many channels speak against it as for it. High takes odds of 90 % and no
-        conflict.
+        moved, or as many channels speak against it as for it; or it resembles nothing learnt; or
+        it is nominal and the two flights part. High takes odds of 90 %, no conflict, and that the
+        last windows do not name another class.
         """
+        if self.diagnosis.none_of_these or (self.top.mode.id == "nominal" and self.parts_unseen):
+            return "low"
         finding = self.top.finding
         confirmed, predicted = len(finding.confirmed), len(finding.predicted)
         conflicts = len(finding.having("conflicts"))
@@ -98,7 +127,8 @@ class Case:
             return "low"
         if 2 * confirmed < predicted or (conflicts and conflicts >= confirmed):
             return "low"
-        return "high" if self.top.probability >= LIKELY and not conflicts else "moderate"
+        wavers = bool(self.later) and self.stands_since_s is None
+        return "high" if self.top.probability >= LIKELY and not conflicts | wavers else "moderate"
 
     @property
     def better_explained(self) -> Candidate | None:
@@ -149,12 +179,15 @@ class Case:
 
     @property
     def stands_since_s(self) -> float | None:
-        """End of the first window from which on all name the verdict; None if the last does not."""
+        """End of the first window from which on all name the verdict; None if the last does not.
+
+        Windows that end after a repair are not asked.
+        """
         diagnosis = self.diagnosis
-        leaders = np.argmax(diagnosis.probabilities_over_time, axis=1)
+        time_s, leaders = _judged_windows(diagnosis)
         others = np.flatnonzero(leaders != diagnosis.classes.index(diagnosis.top))
         since = int(others[-1]) + 1 if len(others) else 0
-        return float(diagnosis.time_s[since]) if since < len(leaders) else None
+        return float(time_s[since]) if since < len(leaders) else None
 
     def cylinder_of(self, mode: ModeKnowledge) -> int | None:
         """The cylinder to name for a mode; None if it has none or the evidence shows none."""
@@ -180,15 +213,51 @@ def open_case(diagnosis: Diagnosis, also: Sequence[str] = ()) -> Case:
         return Candidate(probabilities.get(mode_id, 0.0), finding)
 
     leading = [mode_id for mode_id, _ in diagnosis.ranked(N_CANDIDATES)]
+    later = _later_classes(diagnosis)
     look_alikes = dict.fromkeys(
-        [*(item.mode for item in known[leading[0]].look_alikes), *(m for m in also if m in known)]
+        [
+            *(item.mode for item in known[leading[0]].look_alikes),
+            *(item.mode for item in later),
+            *(m for m in also if m in known),
+        ]
     )
     return Case(
         diagnosis=diagnosis,
         candidates=tuple(map(candidate, leading)),
         look_alikes=tuple(candidate(mode) for mode in look_alikes if mode not in leading),
         hit=hit,
+        later=later,
     )
+
+
+def _judged_windows(diagnosis: Diagnosis) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+    """Ends (k,) of the windows before any repair, and the class number that each names (k,)."""
+    until_s = diagnosis.judged_until_s
+    judged = diagnosis.time_s <= (np.inf if until_s is None else until_s)
+    leaders = np.argmax(diagnosis.probabilities_over_time, axis=1)
+    return diagnosis.time_s[judged], leaders[judged]
+
+
+def _later_classes(diagnosis: Diagnosis) -> tuple[LaterClass, ...]:
+    """What windows after the onset name instead of the verdict, most often first.
+
+    A class that only a few windows name is left out, unless the last one does.
+    """
+    if diagnosis.onset_s is None or not len(diagnosis.time_s):
+        return ()
+    time_s, leaders = _judged_windows(diagnosis)
+    after = time_s - WINDOW_S >= diagnosis.onset_s - 0.01
+    if after.any():
+        time_s, leaders = time_s[after], leaders[after]
+    found = []
+    for number in dict.fromkeys(leaders.tolist()):
+        named = leaders == number
+        count = int(named.sum())
+        enough = count >= max(MIN_LATER_WINDOWS, MIN_LATER_SHARE * len(leaders))
+        if diagnosis.classes[number] != diagnosis.top and (enough or number == leaders[-1]):
+            first_s = float(time_s[named][0])
+            found.append(LaterClass(diagnosis.classes[number], count, len(leaders), first_s))
+    return tuple(sorted(found, key=lambda item: -item.windows)[:MAX_LATER])
 
 
 def _checked(diagnosis: Diagnosis) -> Mapping[str, float]:

@@ -20,6 +20,7 @@ VALUE_TOLERANCE = 0.05
 TIME_TOLERANCE_S = 2.0
 """A time is right within this many seconds of one that the evidence has."""
 
+_BEGINS = re.compile(r"\b(?:parts?|departs?|onset|began|begins?|started)\b")
 _AT_ODDS = re.compile(r"\b(?:does not fit|conflicts?|contradicts?|unexplained)\b", re.IGNORECASE)
 _ODD: tuple[ChannelVerdict, ...] = ("conflicts", "unexplained", "missing", "faint")
 
@@ -203,16 +204,32 @@ def _within(quantity: Quantity, expected: ExpectedShift) -> bool:
     return min(ends) <= low <= max(ends)
 
 
+def times_of(item: Evidence) -> list[float]:
+    """Every time that an item of evidence tells."""
+    return [
+        time_s
+        for time_s in (item.start_s, item.end_s, item.onset_s, item.settled_s)
+        if time_s is not None
+    ]
+
+
 def check_times(reading: Reading) -> Iterator[Checked]:
     """Whether the times named are those of the onset, the evidence or the verdict."""
     case = reading.case
     named = {name for mention in reading.channels for name in mention.channels}
     items = [item for item in case.evidence if item.channel in named] or list(case.evidence)
-    known = [time_s for item in items for time_s in (item.start_s, item.end_s, item.onset_s)]
+    known = [time_s for item in items for time_s in times_of(item)]
     known += [case.diagnosis.onset_s] if case.diagnosis.onset_s is not None else []
+    done = [item.time_s for item in case.diagnosis.interventions]
     if re.search(r"\bwindows?\b", reading.text, re.IGNORECASE):
         known = [case.stands_since_s] if case.stands_since_s is not None else []
-    elif re.search(r"\b(?:part|onset|began|begins?|started)\b", reading.text) and not named:
+        known += [item.first_s for item in case.later]
+    elif re.search(r"\b(?:repair\w*|targets?)\b", reading.text, re.IGNORECASE) and not named:
+        known = done
+    elif (
+        re.search(r"\b(?:parts?|departs?|onset|began|begins?|started)\b", reading.text)
+        and not named
+    ):
         known = [case.diagnosis.onset_s] if case.diagnosis.onset_s is not None else []
     for mention in reading.times:
         right = any(abs(mention.time_s - time_s) <= TIME_TOLERANCE_S for time_s in known)

@@ -19,7 +19,8 @@ def conclusion(case: Case) -> str:
         f"**Confidence: {case.confidence}.** {_reasons(case)}",
         *_hedges(case),
         ranking,
-        f"{_onset(case)} {_persistence(case)}".strip(),
+        f"{onset_sentence(case)} {_persistence(case)}".strip(),
+        _interventions(case),
         _rating(top.mode),
         f"Classifier {plain(case.diagnosis.model)}, {plain(case.diagnosis.conditions)} conditions.",
     ]
@@ -28,6 +29,8 @@ def conclusion(case: Case) -> str:
 
 def _headline(case: Case) -> str:
     top = case.top
+    if case.diagnosis.none_of_these:
+        return f"None of these; {top.mode.name} is the nearest."
     if case.is_close:
         return f"Open between {top.mode.name} and {case.candidates[1].mode.name}."
     if case.doubts_nominal:
@@ -67,6 +70,11 @@ def _counted(count: int, one: str, more: str) -> str:
 def _hedges(case: Case) -> list[str]:
     """What a careful reader has to know before acting on the headline."""
     top, hedges = case.top, []
+    if case.diagnosis.none_of_these:
+        hedges.append(
+            "This flight resembles nothing that the classifier has learnt: take the ranking as a "
+            "guess."
+        )
     nominal = top.mode.id == "nominal"
     conflicts = labels(check.channel for check in top.finding.having("conflicts"))
     if case.is_close:
@@ -76,13 +84,15 @@ def _hedges(case: Case) -> list[str]:
         )
     if not case.evidence and not nominal:
         hedges.append("No channel left its noise, so nothing measured supports this verdict.")
+    elif nominal and case.parts_unseen:
+        hedges.append("The two flights part, but no channel left its noise.")
     elif conflicts and nominal:
         hedges.append(f"Something moved that should not in a healthy aircraft: {conflicts}.")
     elif conflicts:
         hedges.append(f"The evidence does not fit in {conflicts}: see the cross-check.")
     if rival := case.better_explained:
         hedges.append(f"{rival.mode.name} would explain all of the evidence: check it as well.")
-    if nominal and not conflicts:
+    if nominal and not conflicts and not case.parts_unseen:
         hedges.append(
             "A fault that is too small or too slow for these sensors would look the same; "
             "the differential names the usual ones."
@@ -108,19 +118,47 @@ def _cylinder_doubt(case: Case) -> str:
     return f"{cylinder_name(case.hit.runner_up).capitalize()} moved nearly as far: check both."
 
 
-def _onset(case: Case) -> str:
-    if case.diagnosis.onset_s is None:
-        return "No onset: the two flights did not part."
-    return f"The two flights part at {clock(case.diagnosis.onset_s)} (estimated onset)."
+def onset_sentence(case: Case) -> str:
+    """When the two flights part, or that they do not."""
+    onset_s, in_field = case.diagnosis.onset_s, case.diagnosis.conditions == "field"
+    if onset_s is None:
+        return (
+            "No onset: nothing left what healthy flights do."
+            if in_field
+            else "No onset: the two flights did not part."
+        )
+    if in_field:
+        return f"From {clock(onset_s)} on the flight departs from healthy ones (estimated onset)."
+    return f"The two flights part at {clock(onset_s)} (estimated onset)."
 
 
 def _persistence(case: Case) -> str:
-    """Since when the classifier has named its verdict without a break."""
-    if len(case.diagnosis.time_s) == 0:
+    """Since when the classifier has named its verdict without a break, or what it names later."""
+    if len(case.diagnosis.time_s) == 0 or case.diagnosis.onset_s is None:
         return ""
-    if case.stands_since_s is None:
-        return "The last windows of the flight name another class: look at the probabilities."
-    return f"Every window ending at {clock(case.stands_since_s)} or later names it."
+    if case.stands_since_s is not None:
+        return f"Every window ending at {clock(case.stands_since_s)} or later names it."
+    return " ".join(
+        f"Of {item.of} windows after the onset {item.windows} name "
+        f"{case.weighed[item.mode].mode.name} instead of it, the first ending at "
+        f"{clock(item.first_s)}."
+        for item in case.later
+    )
+
+
+def _interventions(case: Case) -> str:
+    """What was done on the way, and what follows from it for the evidence."""
+    said = []
+    until_s = case.diagnosis.judged_until_s
+    for item in case.diagnosis.interventions:
+        at = clock(item.time_s)
+        if item.kind == "target":
+            said.append(f"New targets for both aircraft at {at}: {item.targets}.")
+        elif item.time_s == until_s:
+            said.append(f"Repaired at {at}: nothing later is evidence.")
+        else:
+            said.append(f"Repaired at {at}.")
+    return " ".join(said)
 
 
 def _rating(mode: ModeKnowledge) -> str:

@@ -1,8 +1,9 @@
 """The third section: every item of evidence against the verdict, and what is absent."""
 
+from core.diagnosis.diagnosis import Evidence
 from core.report.case import Case
 from core.report.grounding import ChannelCheck
-from core.report.wording import expectation, interval, label, labels, shift, sigma
+from core.report.wording import clock, expectation, interval, label, labels, shift, sigma
 
 
 def cross_check(case: Case) -> str:
@@ -12,7 +13,7 @@ def cross_check(case: Case) -> str:
     if not case.evidence:
         return f"No channel left its noise during the flight.\n\n{absences}".strip()
     rows = [
-        f"| {label(item.channel)} | {interval(item)} | {shift(item)} | {sigma(item.sigma)} "
+        f"| {label(item.channel)} | {_interval(item)} | {shift(item)} | {sigma(item.sigma)} "
         f"| {_verdict(finding.check_of(item))} |"
         for item in sorted(case.evidence, key=lambda item: (item.onset_s, -abs(item.sigma)))
     ]
@@ -24,10 +25,16 @@ def cross_check(case: Case) -> str:
         ]
     )
     lead = (
-        "Mean shift from the healthy mirror, in the order in which the channels left it, against "
-        f"{finding.mode.name}. Predicted amounts are settled ones; a mean over the climb is less."
+        "Shift from the healthy mirror at the end of each interval, in the order in which "
+        f"the channels left it, against {finding.mode.name}. Predicted are settled amounts."
     )
     return f"{lead}\n\n{table}\n\n{absences}".strip()
+
+
+def _interval(item: Evidence) -> str:
+    if item.settled_s is None:
+        return interval(item)
+    return f"{interval(item)}, settled from {clock(item.settled_s)}"
 
 
 def _verdict(check: ChannelCheck) -> str:
@@ -46,6 +53,10 @@ def _verdict(check: ChannelCheck) -> str:
             return "agrees: a trace where it should stay put"
         case "~":
             return "agrees: it may move with this mode"
+        case _ if check.shortfall:
+            return f"right way, but less so far: {should}"
+        case _ if check.excess:
+            return f"right way, but more: {should}"
         case _:
             return f"agrees: {should}"
 

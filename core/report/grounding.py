@@ -24,9 +24,9 @@ the mode says nothing about it.
 StepVerdict = Literal["seen", "not seen", "contradicted", "no sensor"]
 
 FAINT_SHARE = 0.15
-"""A shift below this share of the mild end of its range is faint. Ranges are settled values, and
-evidence is a mean over the climb, with the lag of the metal: a fault of severity 0.3, the mild end,
-shows between a fifth and half of it in the twin."""
+"""A shift below this share of the mild end of its range is faint. Ranges are settled values,
+while a flight may end, or be repaired, before a channel has settled: a fault of severity 0.3, the
+mild end, shows between a fifth and half of it two minutes after its onset."""
 
 SLACK = 1.5
 """How far beyond its range a shift still passes for the mode's own: ranges are not limits."""
@@ -80,10 +80,24 @@ class ChannelCheck:
         return self.value / self.expected.mild if self.must_move and self.expected else 0.0
 
     @property
+    def shortfall(self) -> bool:
+        """Whether the channel moved the right way, but less than a mild fault settles at."""
+        mild = self.expected.mild if self.expected else 0.0
+        return self._follows and round(abs(self.value), 2) < abs(mild)
+
+    @property
+    def excess(self) -> bool:
+        """Whether the channel moved the right way, but more than a severe fault settles at."""
+        return self._follows and round(abs(self.value), 2) > abs(self.reach)
+
+    @property
+    def _follows(self) -> bool:
+        return self.verdict == "agrees" and self.must_move
+
+    @property
     def oversize(self) -> bool:
         """Whether the channel moved the right way, but clearly farther than the mode takes it."""
-        agrees = self.verdict == "agrees" and self.must_move
-        return agrees and abs(self.value) > SLACK * abs(self.reach)
+        return self._follows and abs(self.value) > SLACK * abs(self.reach)
 
 
 @dataclass(frozen=True, slots=True)

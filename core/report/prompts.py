@@ -127,7 +127,9 @@ def _facts(case: Case) -> dict[str, str]:
     place = f" at {cylinder_name(where)}" if where else ""
     onset_s = case.diagnosis.onset_s
     return {
-        "verdict": f"{case.top.mode.name}{place}",
+        "verdict": f"none of these; the nearest is {case.top.mode.name}"
+        if case.diagnosis.none_of_these
+        else f"{case.top.mode.name}{place}",
         "confidence": case.confidence,
         "candidates": ", ".join(
             f"{item.mode.name} {percent(item.probability)}" for item in case.candidates

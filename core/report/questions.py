@@ -12,6 +12,7 @@ from core.diagnosis.diagnosis import Diagnosis
 from core.fmea.knowledge import knowledge
 from core.report.case import Candidate, Case, open_case
 from core.report.checker import Checker
+from core.report.conclusion import onset_sentence
 from core.report.differential import weigh
 from core.report.endpoint import WriterError
 from core.report.grounded import (
@@ -32,7 +33,6 @@ from core.report.search import search
 from core.report.sentences import SentenceSplitter, sentences
 from core.report.template import WRITER, maintenance
 from core.report.wording import (
-    clock,
     expectation,
     interval,
     label,
@@ -121,7 +121,7 @@ def offline_answer(case: Case, question: str) -> str:
         parts = [
             text
             for pattern, text in (
-                (_WHEN, _when(case)),
+                (_WHEN, onset_sentence(case)),
                 (_WHERE, _where(case)),
                 (_SURE, _how_sure(case)),
                 (_ACTION, maintenance(case)),
@@ -155,13 +155,6 @@ def _about_channel(case: Case, name: str) -> str:
     if expected is not None and expected.sign != "~":
         said += f" With {case.top.mode.name}, {label(name)} should {expectation(expected, name)}."
     return said
-
-
-def _when(case: Case) -> str:
-    onset_s = case.diagnosis.onset_s
-    if onset_s is None:
-        return "No onset: the two flights did not part."
-    return f"The two flights part at {clock(onset_s)} (estimated onset)."
 
 
 def _where(case: Case) -> str:

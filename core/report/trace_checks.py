@@ -3,10 +3,10 @@
 import re
 from collections.abc import Iterator, Sequence
 
-from core.report.channel_checks import TIME_TOLERANCE_S
+from core.report.channel_checks import TIME_TOLERANCE_S, times_of
 from core.report.claims import ChannelClaim
 from core.report.lexicon import known_terms, stems, terms
-from core.report.mentions import Quantity
+from core.report.mentions import Quantity, quantities
 from core.report.reading import COVERED, Checked, Reading, is_known
 from core.report.statements import passages, vocabulary
 from core.report.verdict_checks import owner_of
@@ -36,6 +36,9 @@ def check_numbers(reading: Reading, claims: Sequence[ChannelClaim]) -> Iterator[
     for item in reading.quantities:
         inside = any(start <= item.start and item.end <= end for start, end in spoken)
         if inside or _is_probability(reading, item) or _counts(reading, item):
+            continue
+        if _counts_windows(reading, item) or _is_target(reading, item):
+            yield Checked(True, "verdict", "as it was flown")
             continue
         said = reading.text[item.start : item.end].strip()
         if is_known(item, reading.focus):
@@ -83,13 +86,25 @@ def _counts(reading: Reading, item: Quantity) -> bool:
     return whole and bool(_COUNTED.match(reading.text[item.end :]))
 
 
+def _counts_windows(reading: Reading, item: Quantity) -> bool:
+    """Whether a number counts later windows, all of them or those that name a class."""
+    if item.unit or not re.search(r"\bwindows?\b", reading.text):
+        return False
+    return any(item.low in (each.windows, each.of) for each in reading.case.later)
+
+
+def _is_target(reading: Reading, item: Quantity) -> bool:
+    """Whether a number is one that the crew was given on the way."""
+    return any(
+        item.low == target.low and item.unit == target.unit
+        for done in reading.case.diagnosis.interventions
+        for target in quantities(done.targets, ())
+    )
+
+
 def _is_time(reading: Reading, item: Quantity) -> bool:
     scale = 60.0 if item.unit == "min" else 1.0
-    known = [
-        value
-        for evidence in reading.case.evidence
-        for value in (evidence.start_s, evidence.end_s, evidence.onset_s)
-    ]
+    known = [value for evidence in reading.case.evidence for value in times_of(evidence)]
     if reading.case.diagnosis.onset_s is not None:
         known.append(reading.case.diagnosis.onset_s)
     return all(
