@@ -17,6 +17,7 @@ from core.channels import CHANNEL_INDEX
 from core.diagnosis.diagnosis import Diagnosis
 from core.jobs.outcome import Outcome
 from core.report.grounded import GroundedReport
+from core.report.metrics import CHECKED, HOW_CHECKED, MEASURES
 from core.report.sentences import plain_text
 from core.report.wording import label, plain, unit_of
 from core.twin.trajectory import Pair
@@ -25,19 +26,6 @@ SIMULATED = (
     "Simulated flight: both aircraft were flown by MirrorTwin in JSBSim. This is not a record of a "
     "real aircraft and no basis for its maintenance."
 )
-
-CHECKED = "How this report was checked"
-HOW_CHECKED = (
-    "These measure how far the text agrees with the evidence that it cites and with the FMEA "
-    "knowledge, not whether the diagnosis is true."
-)
-MEASURES: Mapping[str, tuple[str, str]] = {
-    "ccc": ("Causal chain coverage (CCC)", "1 is best"),
-    "sec": ("Sensor evidence consistency (SEC)", "1 is best"),
-    "dc": ("Diagnostic consistency (DC)", "1 is best"),
-    "hr": ("Hallucination rate (HR)", "0 is best"),
-}
-"""The measures of a report in full, each with its best value."""
 
 SHADED = "Shaded: from the first departure to the end of what the report cites."
 """What the shaded part of a plot is: the interval in the report's table."""

@@ -19,9 +19,7 @@ from core.diagnosis.diagnosis import Evidence
 from core.errors import MirrorTwinError
 from core.paths import ASSETS
 from core.report.export import (
-    CHECKED,
     FAULTED,
-    HOW_CHECKED,
     MAX_PLOTS,
     MIRROR,
     PLOT_STEP,
@@ -29,6 +27,7 @@ from core.report.export import (
     SIMULATED,
     Exported,
 )
+from core.report.metrics import CHECKED, HOW_CHECKED
 from core.report.wording import clock, label, unit_of
 from core.twin.trajectory import Pair
 

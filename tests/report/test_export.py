@@ -15,16 +15,9 @@ from core.jobs.outcome import Outcome, injected_faults
 from core.report import pdf
 from core.report.case import open_case
 from core.report.endpoint import Endpoint
-from core.report.export import (
-    CHECKED,
-    HOW_CHECKED,
-    SHADED,
-    Exported,
-    evidence_figure,
-    to_html,
-    to_markdown,
-)
+from core.report.export import SHADED, Exported, evidence_figure, to_html, to_markdown
 from core.report.grounded import Done, grounded_template, write_grounded
+from core.report.metrics import CHECKED, HOW_CHECKED
 from core.report.pdf import to_pdf
 from core.report.writers import ModelWriter
 from core.twin.flight import fly_pair
