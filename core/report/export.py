@@ -170,9 +170,11 @@ def evidence_figure(pair: Pair, diagnosis: Diagnosis) -> go.Figure:
             figure.add_scatter(
                 x=time_s, y=values, name=name, line=line, showlegend=row == 1, row=row, col=1
             )
+        # Opaque: the template would thin the band out until nobody sees it.
         figure.add_vrect(
-            x0=item.start_s, x1=item.end_s, fillcolor=_BAND, line_width=0, row=row, col=1
-        )
+            x0=item.start_s, x1=item.end_s, fillcolor=_BAND, opacity=1.0, line_width=0,
+            layer="below", row=row, col=1,
+        )  # fmt: skip
     figure.update_xaxes(title_text="time of flight, s", row=max(1, len(items)), col=1)
     figure.update_layout(
         template="simple_white",

@@ -79,6 +79,7 @@ def test_shaded_is_the_interval_of_the_evidence() -> None:
     pair = fly_pair(Plan.sampled(3), Fault("baffle_crack", 0.8, 60.0))
     (shape,) = evidence_figure(pair, GIVEN).layout.shapes
     assert (shape.x0, shape.x1) == (70.0, 180.0)
+    assert shape.opacity == 1.0, "the band is pale already"
     (item,) = GIVEN.evidence
     svg = pdf._svg(pair, item)
     ((left, width),) = re.findall(r'<rect x="([\d.]+)".*? width="([\d.]+)"', svg)
