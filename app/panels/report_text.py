@@ -93,8 +93,8 @@ def how_checked(raw: Metrics, final: Metrics, *, by: str) -> html.Details:
         if by != WRITER:
             said.insert(0, html.Span(f"raw {getattr(raw, key):.2f}", className="note mono"))
         paper = getattr(PAPER[WRITER if by == WRITER else "with_fmea"], key)
-        title = f"{glossary()[key].text} {best.capitalize()}; the paper's mean is {paper:.3f}."
-        items.append(html.Div([html.Dt(name), html.Dd(said)], title=title))
+        title = f"{glossary()[key].text} The paper's mean: {paper:.3f}."
+        items.append(html.Div([html.Dt(f"{name}, {best}"), html.Dd(said)], title=title))
     measured = html.Dl(items, className="measures", **attributes(aria_label="Measures"))
     return html.Details(
         [html.Summary(CHECKED), html.P(HOW_CHECKED, className="note"), measured],
