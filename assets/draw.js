@@ -8,7 +8,7 @@
   "use strict";
 
   const TAGS = new Set(
-    "a code dd del div dl dt em h2 li ol p span strong table tbody td th thead tr ul".split(" "),
+    "a code dd del details div dl dt em h2 li ol p span strong summary table tbody td th thead tr ul".split(" "),
   );
 
   function element([tag, attributes, children]) {

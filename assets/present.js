@@ -1,5 +1,6 @@
 // The presenter view: an address beginning with /present/ puts Fly on the wall. Keys do the rest:
-// P goes there and back, Space plays, arrows move the time cursor, F fills the screen, Escape leaves.
+// P goes there and back, Space plays, arrows move the time cursor, F fills the screen, H hides what
+// a class is to find, Escape leaves.
 
 (function () {
   "use strict";
@@ -66,7 +67,8 @@
     else if (event.key.toLowerCase() === "f") {
       if (document.fullscreenElement) document.exitFullscreen();
       else root.requestFullscreen?.();
-    } else if (event.key === " ") document.getElementById("play")?.click();
+    } else if (event.key.toLowerCase() === "h") document.getElementById("wall-hide")?.click();
+    else if (event.key === " ") document.getElementById("play")?.click();
     else if (event.key === "ArrowRight") move(STEP_S);
     else if (event.key === "ArrowLeft") move(-STEP_S);
     else return;
@@ -74,6 +76,8 @@
   });
 
   document.addEventListener("click", (event) => {
+    // Space is for playing now: pressed once more on the box it would show what is hidden.
+    if (presenting() && event.target.id === "wall-hide" && event.detail > 0) event.target.blur();
     if (!event.target.closest("#present")) return;
     toggle();
     // Space is for playing now, not for this button.

@@ -10,11 +10,12 @@ from core.errors import InputError
 
 if TYPE_CHECKING:
     from core.diagnosis.diagnosis import Diagnosis
+    from core.jobs.outcome import Outcome
     from core.report.export import Exported
     from core.report.writers import Writer
     from core.twin.trajectory import Pair
 
-    _Read = tuple[dict[str, str], Pair, Diagnosis]
+    _Read = tuple[dict[str, str], Pair, Diagnosis, Outcome | None]
 
 DESCRIPTION = """\
 Write the report on a run of the app (by its id, as in the address /run/ID) or on a folder that
@@ -81,7 +82,7 @@ def _exported(args: argparse.Namespace, writer: "Writer") -> "Exported":
     from core.report.questions import ask
 
     folder = Path(args.run_id)
-    identity, pair, diagnosis = (
+    identity, pair, diagnosis, outcome = (
         _from_folder(folder) if folder.is_dir() else _from_store(args.run_id, args.store)
     )
     events = (
@@ -91,7 +92,7 @@ def _exported(args: argparse.Namespace, writer: "Writer") -> "Exported":
     )
     *_, done = events
     assert isinstance(done, Done)
-    return Exported(identity, diagnosis, done.report, pair)
+    return Exported(identity, diagnosis, done.report, pair, outcome)
 
 
 def _from_folder(folder: Path) -> "_Read":
@@ -102,7 +103,30 @@ def _from_folder(folder: Path) -> "_Read":
     pair, plan = read_pair(folder), read_plan(folder)
     identity = {"Run": folder.name, "Version": f"MirrorTwin {provenance()['mirrortwin']}"}
     diagnoser = load_diagnoser(conditions="lab" if plan is None else plan.conditions)
-    return identity, pair, diagnoser.diagnose(pair)
+    diagnosis = diagnoser.diagnose(pair)
+    return identity, pair, diagnosis, _outcome(folder, diagnosis)
+
+
+def _outcome(folder: Path, diagnosis: "Diagnosis") -> "Outcome | None":
+    """The diagnosis beside what ``run.json`` says was injected; None where it does not say.
+
+    It is read once the diagnosis stands, which never sees it.
+    """
+    import json
+
+    from core.fmea.fault import Fault
+    from core.jobs.outcome import Outcome, injected_faults
+    from core.twin.actions import read_action
+    from core.twin.plan import Plan
+
+    try:
+        values = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+        plan, fault = Plan.from_dict(values["plan"]), Fault.from_dict(values["fault"])
+        actions = [read_action(action) for action in values.get("actions", ())]
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, InputError):
+        return None
+    injected = injected_faults(fault, actions, plan.duration_s)
+    return Outcome(injected, diagnosis.top, diagnosis.none_of_these)
 
 
 def _from_store(run_id: str, root: Path | None) -> "_Read":
@@ -118,11 +142,12 @@ def _from_store(run_id: str, root: Path | None) -> "_Read":
     finally:
         store.close()
     assert stored.pair is not None
-    return dict(stored.identity), stored.pair, stored.diagnosis
+    return dict(stored.identity), stored.pair, stored.diagnosis, stored.outcome
 
 
 def _as_json(exported: "Exported") -> dict[str, object]:
-    return {"about": exported.about, "report": exported.report.to_dict()}
+    known = {} if exported.outcome is None else {"outcome": exported.outcome.to_dict()}
+    return {"about": exported.about, **known, "report": exported.report.to_dict()}
 
 
 def _content(exported: "Exported", kind: str, *, whole: bool) -> bytes:

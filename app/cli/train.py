@@ -84,10 +84,12 @@ def run(args: argparse.Namespace) -> None:
     if args.json:
         print_json(card)
         return
+    from core.experiments.shelf import with_onset_known
+
     print(f"{card['name']} in {args.out}")
     for part, scores in card["scores"].items():
         if "macro_f1" in scores:
-            print(f"  {part}: macro-F1 {scores['macro_f1']:.4f}")
+            print(f"  {part}: macro-F1 {scores['macro_f1']:.4f}{with_onset_known(card)}")
         else:
             print(f"  {part}: mean absolute error one step ahead {scores['mae']:.3f}")
 

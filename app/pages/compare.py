@@ -13,9 +13,11 @@ from app.pages.shell import run_path
 from app.pages.words import STATUS_WORDS, flown_fault, mode_name, percent, run_title, short_titles
 from app.panels.axes import clock
 from app.panels.comparison import COLOURS, DASHES, MAX_RUNS
+from app.panels.outcome_line import outcome_mark
 from app.panels.paths_3d import RISES
 from core.channels import CHANNELS, channel, unit_label
 from core.fmea.fault import Fault
+from core.jobs.outcome import run_outcome
 from core.jobs.records import RunRecord
 from core.jobs.store import RunStore
 from core.twin.plan import PLAN_RANGES, Plan
@@ -335,7 +337,7 @@ def _table(done: Sequence[RunRecord]) -> html.Div:
         )
         for place, (record, title) in enumerate(zip(done, short_titles(done), strict=True))
     ]
-    rows = differences(done)
+    rows: list[tuple[str, Sequence[Any]]] = [*differences(done)]
     rows.append(("Diagnosis", [_verdict(record) for record in done]))
     return html.Div(
         html.Table(
@@ -365,7 +367,9 @@ def _line_of(place: int) -> html.I:
     )
 
 
-def _verdict(record: RunRecord) -> str:
-    if record.top is None or record.top_probability is None:
-        return STATUS_WORDS[record.status]
-    return f"{mode_name(record.top)}, {percent(record.top_probability)}"
+def _verdict(record: RunRecord) -> list[Any]:
+    outcome = run_outcome(record)
+    if outcome is None or record.top_probability is None:
+        return [STATUS_WORDS[record.status]]
+    said = f"{mode_name(outcome.diagnosed)}, {percent(record.top_probability)} "
+    return [said, outcome_mark(outcome)]

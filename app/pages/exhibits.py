@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from app.pages.words import mode_name
+from core.experiments.shelf import with_onset_known
 
 Kind = Literal["scores", "picture", "model"]
 Content = Mapping[str, Any]
@@ -79,7 +80,8 @@ def _best(content: Content) -> str:
     beside = f", paper {theirs:.3f}" if theirs is not None else ""
     left = len(content["rows"]) - len(known)
     more = f"; {left} of {len(content['rows'])} rows not run yet" if left else ""
-    return f"best macro-F1 {best['macro_f1']:.3f} ({best['scheme']}{beside}){more}"
+    known_onset = with_onset_known(content)
+    return f"best macro-F1 {best['macro_f1']:.3f} ({best['scheme']}{beside}){known_onset}{more}"
 
 
 def _horizons(content: Content) -> str:
@@ -91,6 +93,7 @@ def _horizons(content: Content) -> str:
     beside = "" if _is_field(content) else f", paper {row['paper_macro_f1']:.3f}"
     return (
         f"validation flights chose {chosen} {steps} ahead: macro-F1 {row['macro_f1']:.3f}{beside}"
+        f"{with_onset_known(content)}"
     )
 
 
@@ -170,6 +173,7 @@ def _crossed(content: Content) -> str:
     return (
         f"in field, macro-F1 {scored['field', 'field']:.3f} by the model trained there, "
         f"{scored['lab', 'field']:.3f} by the lab's"
+        f"{with_onset_known({**content, 'conditions': 'field'})}"
     )
 
 

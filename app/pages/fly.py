@@ -17,6 +17,7 @@ from app.pages.scene_controls import scene_bar
 from app.pages.setup import DEFAULT_FAULT, DEFAULT_PLAN, setup_panel
 from app.panels.engine_view import engine_view
 from app.panels.nodes import Node, nodes
+from app.panels.outcome_line import OUTCOME_ID
 from app.panels.probabilities import probability_figure
 from app.panels.residuals import heat_strip
 from app.panels.sensors import cleared, tile_specs
@@ -229,6 +230,7 @@ def _diagnosis_panel() -> html.Section:
                 ],
                 className="panel-head",
             ),
+            html.Div(id=OUTCOME_ID),
             html.Div(id="ranking"),
             dcc.Store(id=RANKING_NODES_ID, data=ranking_hint()),
             html.Div(id="ranking-at", hidden=True),

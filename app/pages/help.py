@@ -30,6 +30,7 @@ KEYS: tuple[tuple[str, tuple[tuple[str, str], ...]], ...] = (
         (
             ("Space", "play, pause"),
             ("← →", "five seconds back, five on"),
+            ("H", "hide fault and verdict, show them again"),
             ("F", "fill the screen"),
             ("Esc", "leave"),
         ),

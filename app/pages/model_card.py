@@ -10,6 +10,7 @@ from app.pages.faults import fault_path
 from app.pages.fly import GRAPH_CONFIG
 from app.pages.words import mode_name
 from app.panels.scores import confusion_figure
+from core.experiments.shelf import with_onset_known
 from core.fmea.knowledge import tell_apart
 
 Row = Mapping[str, Any]
@@ -28,14 +29,15 @@ class Mistake(NamedTuple):
 
 
 def card_line(card: Row) -> str:
-    """How good a shipped model is, in one line."""
+    """How good a shipped model is, in one line, with what made its score possible."""
     scores = card["scores"]
     windows = f"{100 * scores['test_windows']['accuracy']:.1f} % of"
+    known_onset = with_onset_known(card)
     if "test_runs" not in scores:  # a card of Tables 1 to 4, which score windows alone
-        return f"right on {windows} the windows of its test flights"
+        return f"right on {windows} the windows of its test flights{known_onset}"
     return (
         f"right on {100 * scores['test_runs']['accuracy']:.1f} % of "
-        f"{scores['test_runs']['n']:,} test flights and {windows} their windows"
+        f"{scores['test_runs']['n']:,} test flights and {windows} their windows{known_onset}"
     )
 
 
@@ -48,6 +50,7 @@ def model_parts(card: Row) -> list[Any]:
     return [
         html.H2(f"{card['title']}, {card['conditions']} conditions"),
         html.P(f"{line[:1].upper()}{line[1:]}.", className="headline"),
+        *onset_note(card),
         html.P(
             f"What it takes for what, in {scores['n']:,} windows of 30 s ({card['name']}):",
             className="prose",
@@ -62,6 +65,19 @@ def model_parts(card: Row) -> list[Any]:
         cell_runs.place(card),
         *_confusions(card, scores["confusion"]),
     ]  # fmt: skip
+
+
+def onset_note(content: Row) -> list[html.P]:
+    """What to know of a field score whose windows were placed by the truth; nothing of others."""
+    if not with_onset_known(content):
+        return []
+    return [
+        html.P(
+            "The windows that are scored were placed by the true onset. A flight in the app does "
+            "not tell its onset: there the diagnosis has to find it first.",
+            className="note",
+        )
+    ]
 
 
 def _confusions(card: Row, counts: Sequence[Sequence[int]]) -> list[Any]:

@@ -4,6 +4,7 @@ It is Fly itself, at an address of its own: what runs goes on running, and the o
 moves everything. ``assets/present.js`` and ``assets/present.css`` do the rest.
 """
 
+import dash_mantine_components as dmc
 from dash import Dash, Input, Output, dcc, html
 
 from app.pages.attributes import attributes
@@ -33,6 +34,15 @@ def present_button() -> html.Div:
             ),
             html.Span(
                 "Space plays · ← → move 5 s · F full screen · Esc leaves", className="wall-keys"
+            ),
+            # Of this tab, and as it was left: what a class is to find must not flash up first.
+            dmc.Checkbox(
+                id="wall-hide",
+                label="Hide fault and verdict (H)",
+                size="xs",
+                className="wall-hide",
+                persistence=True,
+                persistence_type="session",
             ),
             dcc.Store(id="wall", data=[CHANNEL_INDEX[name] for name in WALL_CHANNELS]),
             dcc.Store(id="presenting", data=None),

@@ -1,4 +1,4 @@
-"""The panel *Report*: who writes, the checked text, its measures, questions, files to take away."""
+"""The panel *Report*: who writes, the checked text, how it was checked, questions, files."""
 
 from typing import Any
 
@@ -8,7 +8,7 @@ from dash import dcc, html
 from app.pages.attributes import attributes
 from app.pages.report_writing import Job
 from app.panels.nodes import Node, nodes
-from app.panels.report_text import answer_text, measures, report_text
+from app.panels.report_text import answer_text, how_checked, report_text
 from core.report.desk import offers
 from core.report.grounded import GroundedReport
 from core.report.template import WRITER
@@ -34,7 +34,6 @@ def report_panel() -> html.Section:
                 [html.H2("Report", className="panel-title"), _writer_choice()],
                 className="report-head",
             ),
-            html.P(_what_is_missing(), className="note report-tools"),
             html.P("", id="report-status", className="note", role="status"),
             html.Div(id="report", className="report"),
             _questions(),
@@ -53,12 +52,12 @@ def hint() -> list[Node]:
 
 
 def whole_report(run_id: str, report: GroundedReport) -> list[Node]:
-    """A complete report with its measures, notes and files, to be drawn."""
+    """A complete report with its notes, how it was checked, and its files, to be drawn."""
     parts = [
-        measures(report.raw, report.final, by=report.writer),
         *_by(report),
         *report_text(report.sentences, by=report.writer),
         *(html.P(note, className="note") for note in report.notes),
+        how_checked(report.raw, report.final, by=report.writer),
         _files(run_id),
     ]
     return nodes(parts)
@@ -74,10 +73,8 @@ def answer(question: str, report: GroundedReport) -> list[Node]:
 
 
 def unfinished(job: Job) -> list[Node]:
-    """A report in the making: what is checked so far, its measures, and the draft behind it."""
-    by = job.offer.name
-    measured = [measures(*job.measures, by=by)] if job.measures else []
-    return nodes([*measured, *report_text(list(job.sentences), by=by, draft=job.draft)])
+    """A report in the making: what is checked so far, and the draft behind it."""
+    return nodes(report_text(list(job.sentences), by=job.offer.name, draft=job.draft))
 
 
 def watched(job: Job, stored: GroundedReport) -> tuple[list[Node] | None, list[Node] | None, str]:
@@ -119,7 +116,12 @@ def _by(report: GroundedReport) -> list[html.P]:
 
 def _writer_choice() -> html.Div:
     choice = [
-        {"value": offer.kind, "label": offer.name, "disabled": offer.problem is not None}
+        {
+            "value": offer.kind,
+            # Who cannot write says why where it would be chosen, and nowhere else.
+            "label": f"{offer.name}: {offer.problem}" if offer.problem else offer.name,
+            "disabled": offer.problem is not None,
+        }
         for offer in offers()
     ]
     return html.Div(
@@ -130,6 +132,7 @@ def _writer_choice() -> html.Div:
                 value="template",
                 size="xs",
                 allowDeselect=False,
+                comboboxProps={"width": 300, "position": "bottom-end"},
                 **attributes(aria_label="Who writes the report"),
             ),
             dmc.Button("Write anew", id="report-write", size="xs", variant="default"),
@@ -137,11 +140,6 @@ def _writer_choice() -> html.Div:
         ],
         className="report-tools report-choice",
     )
-
-
-def _what_is_missing() -> str:
-    """Why some writers cannot be chosen."""
-    return ". ".join(f"{offer.name}: {offer.problem}" for offer in offers() if offer.problem)
 
 
 def _files(run_id: str) -> html.P:

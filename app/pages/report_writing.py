@@ -27,7 +27,6 @@ from core.report.grounded import (
     Written,
     write_grounded,
 )
-from core.report.metrics import Metrics, measure
 from core.report.prompts import checked_question
 from core.report.questions import ask
 
@@ -80,18 +79,6 @@ class Job:
             case Done(report=report):
                 self.outcome = report
                 self.draft = ("", "")
-
-    @property
-    def measures(self) -> tuple[Metrics, Metrics] | None:
-        """Raw and final measures of what is written so far; None before it has begun."""
-        if self.outcome is not None:
-            return self.outcome.raw, self.outcome.final
-        if self.case is None:
-            return None
-        found = list(self.sentences)
-        raw = [item.checked for item in found if item.origin == "writer"]
-        final = [item.checked for item in found if item.kept]
-        return measure(self.case, raw), measure(self.case, final)
 
 
 class ReportDesk:

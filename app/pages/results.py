@@ -10,7 +10,7 @@ from app.pages.attributes import attributes
 from app.pages.exhibits import EXHIBITS, EXPLAINED, MEASURES, WRITERS, Exhibit
 from app.pages.faults import fault_path
 from app.pages.fly import GRAPH_CONFIG
-from app.pages.model_card import card_line, model_parts
+from app.pages.model_card import card_line, model_parts, onset_note
 from app.pages.words import mode_name
 from app.panels.scores import beside_paper
 from app.panels.terms import term
@@ -196,6 +196,7 @@ def _result(exhibit: Exhibit, shelved: Shelved, prefix: str) -> list[Any]:
     if exhibit.kind == "scores" and conditions == "field":
         title.append(html.P("Nobody has published these: the paper's values are lab's.",
                             className="note"))  # fmt: skip
+        title += onset_note(shelved.content)
     return [*title, *body, _origin(shelved)]
 
 

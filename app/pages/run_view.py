@@ -26,6 +26,7 @@ from app.pages.words import (
 from app.panels.axes import Array, Array32, clock
 from app.panels.marks import Mark, action_marks, limit_marks, track, verdict_marks
 from app.panels.nodes import nodes
+from app.panels.outcome_line import OUTCOME_ID, outcome_line
 from app.panels.probabilities import class_colours, leaders, probability_figure
 from app.panels.residuals import heat_strip
 from app.panels.sensors import cleared, decimated
@@ -34,6 +35,7 @@ from core.diagnosis.diagnosis import Diagnosis
 from core.fmea.catalogue import catalogue
 from core.fmea.fault import Fault
 from core.jobs import events
+from core.jobs.outcome import run_outcome
 from core.jobs.records import RunRecord, Status
 from core.report.grounded import GroundedReport
 from core.twin.events import flight_events
@@ -205,10 +207,11 @@ class RunView:
         ]
 
     def diagnosed(self, diagnosis: Diagnosis) -> list[Update]:
-        """The verdict: the ranking and the probabilities over the whole flight."""
+        """The verdict: whether it is right, the ranking, the probabilities over the flight."""
         names = {mode: self._names.get(mode, mode) for mode in diagnosis.classes}
         notes = cautions(diagnosis, self.record.plan)
         return [
+            Update(OUTCOME_ID, "children", outcome_line(run_outcome(self.record, diagnosis))),
             *self._verdict(
                 names, diagnosis.time_s, diagnosis.probabilities_over_time, diagnosis.probabilities
             ),
@@ -352,6 +355,7 @@ def _cleared() -> list[Update]:
         Update("progress", "value", 0),
         Update("stage", "children", ""),
         Update(fly.RANKING_NODES_ID, "data", fly.ranking_hint()),
+        Update(OUTCOME_ID, "children", None),
         Update("diagnosis-notes", "children", None),
         Update(report_panel.REPORT_NODES_ID, "data", report_panel.hint()),
         Update("report-status", "children", ""),

@@ -15,6 +15,7 @@ from dash import dcc, html
 from app.pages.attributes import attributes
 from app.pages.words import STATUS_WORDS, flown_fault, mode_name
 from core.jobs.keeping import MAX_NOTE, Label
+from core.jobs.outcome import run_outcome
 from core.jobs.records import RunRecord
 
 GRID_ID, SEARCH_ID, COUNT_ID, NOTICE_ID, PROBLEM_ID, UNDO_ID, GONE_ID, CLOCK_ID = (
@@ -78,6 +79,7 @@ def row_of(record: RunRecord, label: Label) -> Row:
     """A run as a row: numbers as numbers, so that they sort and filter as such."""
     plan, fault = record.plan, flown_fault(record)
     is_broken = fault.mode != "nominal"
+    outcome = run_outcome(record)
     return {
         "id": record.id,
         "fault": mode_name(fault.mode),
@@ -85,7 +87,7 @@ def row_of(record: RunRecord, label: Label) -> Row:
         "onset_s": fault.onset_s if is_broken else None,
         "diagnosis": mode_name(record.top) if record.top else "",
         "share": record.top_probability,
-        "right": None if record.top is None else record.top == fault.mode,
+        "right": None if outcome is None else outcome.right,
         "status": record.status,
         "status_words": STATUS_WORDS[record.status],
         "tags": ", ".join(label.tags),

@@ -13,23 +13,20 @@ from typing import Any
 from dash import html
 from markdown_it import MarkdownIt
 
+from app.glossary import glossary
 from app.pages.attributes import attributes
-from app.panels.terms import term
 from core.channels import CHANNEL_INDEX
 from core.report.grounded import TABLE_HEADER, GroundedSentence, Origin
-from core.report.metrics import PAPER, Metrics
+from core.report.metrics import CHECKED, HOW_CHECKED, MEASURES, PAPER, Metrics
 from core.report.report import SECTION_TITLES
 from core.report.template import WRITER
 
-MARKS: dict[str, tuple[str, str]] = {
-    "supported": ("✓", "supported"),
-    "unsupported": ("?", "unsupported, struck"),
-    "contradicted": ("✗", "contradicted, struck"),
+MARKS: dict[str, tuple[str, str, str]] = {
+    "supported": ("✓", "supported", "Agrees with the evidence and the FMEA knowledge"),
+    "unsupported": ("?", "unsupported, struck", "Nothing in evidence or FMEA knowledge says so"),
+    "contradicted": ("✗", "contradicted, struck", "Evidence or FMEA knowledge speaks against it"),
 }
-"""What stands behind a sentence, and how it is read out; nothing if it claims nothing."""
-
-MEASURES: tuple[str, ...] = ("ccc", "sec", "dc", "hr")
-"""The measures of a report, each a word of the glossary."""
+"""What stands behind a sentence, how it is read out, and its help; nothing if it claims nothing."""
 
 _CELL = re.compile(r"(?<!\\)\|")
 _INLINE = MarkdownIt("zero").enable(["emphasis", "escape", "backticks"])
@@ -85,18 +82,24 @@ def answer_text(sentences: Sequence[GroundedSentence], *, by: str, draft: str = 
     return parts
 
 
-def measures(raw: Metrics, final: Metrics, *, by: str) -> html.Dl:
-    """The four measures of the shown report; of a model's, also those of its raw text."""
+def how_checked(raw: Metrics, final: Metrics, *, by: str) -> html.Details:
+    """What the check of the shown report comes to, folded away; of a model's also its raw text's.
+
+    It stands at the foot: figures near 1 at the head would read as seals on the diagnosis.
+    """
     items = []
-    for name in MEASURES:
-        value = f"{getattr(final, name):.2f}"
-        said = [html.Span(value, className="mono")]
+    for key, (name, best) in MEASURES.items():
+        said = [html.Span(f"{getattr(final, key):.2f}", className="mono")]
         if by != WRITER:
-            said.insert(0, html.Span(f"raw {getattr(raw, name):.2f}", className="note mono"))
-        paper = getattr(PAPER[WRITER if by == WRITER else "with_fmea"], name)
-        title = f"The paper's mean: {paper:.3f}"
-        items.append(html.Div([html.Dt(term(name)), html.Dd(said)], title=title))
-    return html.Dl(items, className="measures", **attributes(aria_label="Measures of the report"))
+            said.insert(0, html.Span(f"raw {getattr(raw, key):.2f}", className="note mono"))
+        paper = getattr(PAPER[WRITER if by == WRITER else "with_fmea"], key)
+        title = f"{glossary()[key].text} The paper's mean: {paper:.3f}."
+        items.append(html.Div([html.Dt(f"{name}, {best}"), html.Dd(said)], title=title))
+    measured = html.Dl(items, className="measures", **attributes(aria_label="Measures"))
+    return html.Details(
+        [html.Summary(CHECKED), html.P(HOW_CHECKED, className="note"), measured],
+        className="how-checked",
+    )
 
 
 def _written(sentences: Sequence[GroundedSentence], by: str) -> list[Any]:
@@ -197,9 +200,9 @@ def _sentence(item: GroundedSentence) -> html.Span:
 def _mark(item: GroundedSentence) -> list[Any]:
     if item.checked.verdict not in MARKS:
         return []
-    sign, words = MARKS[item.checked.verdict]
+    sign, words, help_text = MARKS[item.checked.verdict]
     return [
-        html.Span(sign, className="mark", **attributes(aria_hidden="true")),
+        html.Span(sign, className="mark", title=help_text, **attributes(aria_hidden="true")),
         html.Span(f" ({words})", className="read-out"),
     ]
 

@@ -14,6 +14,12 @@ from core.paths import MODELS
 
 SHELF = MODELS / "results"
 
+ONSET_KNOWN = "with the onset known"
+"""What a score in field means whose windows were placed by the truth, which no flight tells."""
+
+_BY_TRUTH = "first shows"
+"""In ``scored_on``: the test windows follow the moment at which the fault first shows."""
+
 
 @dataclass(frozen=True, slots=True)
 class Shelved:
@@ -60,3 +66,16 @@ def model_cards(folder: Path = MODELS) -> list[dict[str, Any]]:
         if "test_windows" in card.get("scores", {}):
             cards.append(card)
     return sorted(cards, key=lambda card: (card.get("conditions") != "lab", card["name"]))
+
+
+def with_onset_known(content: Mapping[str, Any]) -> str:
+    """`ONSET_KNOWN` after a comma, for a field score in windows that the truth placed; else "".
+
+    In lab the two flights part visibly at the onset, so that the app places the same windows. A
+    result, or a model's card, says how it was scored in ``scored_on``; one that does not was scored
+    in such windows.
+    """
+    settings = content.get("settings", {})
+    conditions = content.get("conditions") or settings.get("conditions")
+    scored_on = content.get("scored_on") or settings.get("scored_on") or _BY_TRUTH
+    return f", {ONSET_KNOWN}" if conditions == "field" and _BY_TRUTH in scored_on else ""

@@ -14,14 +14,28 @@ sentences as `core.report.checker` judged them:
   that nothing supports.
 
 A caution that the paper's own table calls for: such measures favour a writer that quotes. They say
-whether a report is true and complete, not whether it reads well.
+how far a report agrees with what it was given, not whether the diagnosis behind it is true, nor
+whether it reads well.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 
 from core.report.case import Case
 from core.report.checker import CheckedSentence
+
+CHECKED = "How this report was checked"
+HOW_CHECKED = (
+    "These measure how far the text agrees with the evidence that it cites and with the FMEA "
+    "knowledge, not whether the diagnosis is true."
+)
+MEASURES: Mapping[str, tuple[str, str]] = {
+    "ccc": ("Causal chain coverage (CCC)", "1 is best"),
+    "sec": ("Sensor evidence consistency (SEC)", "1 is best"),
+    "dc": ("Diagnostic consistency (DC)", "1 is best"),
+    "hr": ("Hallucination rate (HR)", "0 is best"),
+}
+"""The measures of a report in full, each with its best value."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,16 @@ from core.channels import CHANNEL_INDEX, channel
 from core.diagnosis.diagnosis import Evidence
 from core.errors import MirrorTwinError
 from core.paths import ASSETS
-from core.report.export import FAULTED, MAX_PLOTS, MIRROR, PLOT_STEP, SIMULATED, Exported
+from core.report.export import (
+    FAULTED,
+    MAX_PLOTS,
+    MIRROR,
+    PLOT_STEP,
+    SHADED,
+    SIMULATED,
+    Exported,
+)
+from core.report.metrics import CHECKED, HOW_CHECKED
 from core.report.wording import clock, label, unit_of
 from core.twin.trajectory import Pair
 
@@ -36,23 +45,27 @@ Blocks = list[dict[str, Any]]
 
 
 def to_pdf(given: Exported) -> bytes:
-    """The report as PDF: its identity, its text, its plots, what was struck."""
+    """The report as PDF: its identity, its text, its plots, what was struck, how it was checked."""
     pair = given.pair
     items = given.diagnosis.evidence[:MAX_PLOTS] if pair is not None else ()
     data = {
         "title": TITLE,
         "footer": f"{given.identity.get('Run', '')}, simulated flight",
         "simulated": SIMULATED,
+        "outcome": "" if given.outcome is None else given.outcome.line,
         "about": list(given.about.items()),
         "notes": list(given.report.notes),
         "blocks": _blocks(SyntaxTreeNode(_MARKDOWN.parse(given.report.report.markdown)).children),
-        "legend": "Orange: faulted. Blue: healthy mirror. Shaded: where they differ. Flight time.",
+        "legend": f"Orange: faulted. Blue: healthy mirror. {SHADED} Flight time.",
         "plots": [
             {"title": f"{label(item.channel)}, {unit_of(item.channel)}", "svg": _svg(pair, item)}
             for item in items
             if pair is not None
         ],
         "struck": given.struck,
+        "checked": CHECKED,
+        "how_checked": HOW_CHECKED,
+        "checks": given.checks,
     }
     try:
         page: bytes = typst.compile(

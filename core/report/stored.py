@@ -1,6 +1,7 @@
 """A stored run's report as a file."""
 
 from core.errors import InputError
+from core.jobs.outcome import run_outcome
 from core.jobs.store import RunStore
 from core.report.export import Exported, to_html, to_markdown
 from core.report.pdf import to_pdf
@@ -19,7 +20,8 @@ def stored_report(store: RunStore, run_id: str) -> Exported:
         "Plan": f"{plan.altitude_ft:.0f} ft, {plan.speed_kt:.0f} kt, seed {plan.seed}",
         "Version": f"MirrorTwin {record.code_version}",
     }
-    return Exported(identity, diagnosis, report, store.load_pair(run_id))
+    outcome = run_outcome(record, diagnosis)
+    return Exported(identity, diagnosis, report, store.load_pair(run_id), outcome)
 
 
 def report_file(given: Exported, kind: str) -> bytes:

@@ -67,6 +67,12 @@ def ids(store: RunStore) -> list[str]:
     return [record.id for record in reversed(done)]
 
 
+def test_each_run_says_whether_its_diagnosis_was_right(store: RunStore, ids: list[str]) -> None:
+    page = sent(compare.layout(ids, None, store))
+    assert page.count('"data-right":"true"') == 2
+    assert page.count('" right"') == 2
+
+
 def test_addresses(store: RunStore, ids: list[str]) -> None:
     assert read_address("/compare", store).kind == "compare"
     assert read_address(compare.compare_path(ids), store).run_ids == tuple(ids)

@@ -11,10 +11,10 @@ from app.cli import main
 from app.cli.experiment import EXPERIMENTS
 from app.pages import results
 from app.pages.exhibits import EXHIBITS, MEASURES, Exhibit
-from app.pages.model_card import model_parts
+from app.pages.model_card import card_line, model_parts
 from app.panels.scores import beside_paper, confusion_figure
 from core.experiments.paper import paper_tables
-from core.experiments.shelf import model_cards, take
+from core.experiments.shelf import ONSET_KNOWN, model_cards, take
 from core.fmea.knowledge import tell_apart
 
 
@@ -165,3 +165,31 @@ def test_of_field_no_value_of_the_paper_is_claimed(shelf: Path) -> None:
     page = sent(results.layout(None))
     assert "lab: best macro-F1 0.500 (Raw states, paper 0.914)" in page
     assert "field: best macro-F1 0.500 (Raw states)" in page
+
+
+def test_a_field_score_with_the_onset_known_says_so(shelf: Path) -> None:
+    placed = "windows of 30 s that tile the 120 s after each test fault first shows; read once"
+    rows = [{"scheme": "A", "macro_f1": 0.5, "paper_macro_f1": 0.9}]
+    for conditions in ("lab", "field"):
+        settings = {"conditions": conditions, "scored_on": placed}
+        write(shelf, f"table1-{conditions}", conditions=conditions, rows=rows, settings=settings)
+    overview, page = sent(results.layout(None)), sent(results.layout("table1"))
+    assert "field: best macro-F1 0.500 (A), with the onset known" in overview
+    assert "lab: best macro-F1 0.500 (A, paper 0.900)" in overview
+    assert page.count(ONSET_KNOWN) == 1 and page.count("placed by the true onset") == 1
+    # Remade from end to end, it is the score of what is shipped.
+    settings = {"conditions": "field", "scored_on": "whole flights, as the app diagnoses them"}
+    write(shelf, "table1-field", conditions="field", rows=rows, settings=settings)
+    assert ONSET_KNOWN not in sent(results.layout("table1"))
+
+
+def test_the_shipped_field_models_say_how_they_were_scored() -> None:
+    cards = {card["name"]: card for card in model_cards()}
+    assert card_line(cards["cnn-paired-field"]).endswith(f"their windows, {ONSET_KNOWN}")
+    assert ONSET_KNOWN not in card_line(cards["cnn-paired-lab"])
+    page = sent(results.layout("model"))
+    n_field = sum(card["conditions"] == "field" for card in cards.values())
+    assert page.count(ONSET_KNOWN) == page.count("placed by the true onset") == n_field
+    assert "the lab's, with the onset known" in sent(results.layout(None))
+    remade = {**cards["cnn-paired-field"], "scored_on": "whole flights, as the app diagnoses them"}
+    assert ONSET_KNOWN not in card_line(remade)

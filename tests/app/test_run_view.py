@@ -1,5 +1,6 @@
 """From the events of a run to what the page shows."""
 
+import json
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -96,6 +97,44 @@ def test_verdict_and_report_are_shown() -> None:
     assert "Engine failure" in str(page["ranking-nodes", "data"])
     assert "81.0 %" in str(page["ranking-nodes", "data"])
     assert page["report-nodes", "data"] == whole_report(view.record.id, report)
+
+
+def outcome_of(view: RunView, given: Diagnosis) -> Any:
+    return json.loads(to_json(shown(view.diagnosed(given))["outcome", "children"]))
+
+
+def words(tree: Any) -> str:
+    """All that is read in a tree of plain components."""
+    if isinstance(tree, dict):
+        return words(tree["props"].get("children", ""))
+    return "".join(map(words, tree)) if isinstance(tree, list) else str(tree)
+
+
+@pytest.mark.parametrize(
+    ("mode", "line", "right"),
+    [
+        ("engine_failure", "Injected: Engine failure. Diagnosed: Engine failure. ✓ right", "true"),
+        ("baffle_crack", "Injected: Baffle crack. Diagnosed: Engine failure. ✗ wrong", "false"),
+        ("nominal", "Injected: Nominal. Diagnosed: Engine failure. ✗ wrong", "false"),
+    ],
+)
+def test_the_verdict_stands_beside_what_was_injected(mode: str, line: str, right: str) -> None:
+    tree = outcome_of(view_of(mode=mode), diagnosis())
+    assert words(tree) == line
+    assert f'"data-right":"{right}"' in json.dumps(tree, separators=(",", ":"))
+
+
+def test_a_refusal_is_no_wrong_answer() -> None:
+    tree = outcome_of(view_of(), replace(diagnosis(), none_of_these=True))
+    assert "Diagnosed: none of the known faults (nearest: Engine failure)" in words(tree)
+    assert words(tree).endswith("– no verdict")
+
+
+def test_nothing_is_said_of_it_before_there_is_a_verdict() -> None:
+    view = view_of()
+    page = shown([*view.opening(fill_form=False), *view.changes([samples(0, 150), window(150)])])
+    assert page["outcome", "children"] is None
+    assert shown(run_view.idle())["outcome", "children"] is None
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from app.pages import runs
 from core.fmea.fault import Fault
 from core.jobs.keeping import Label
 from core.jobs.records import RunRecord
+from core.twin.actions import Repair, SetFault
 from core.twin.plan import Plan
 
 MARKUP = "<img src=x onerror=alert(1)>"
@@ -34,6 +35,10 @@ def test_a_row_sorts_as_numbers_and_says_whether_the_diagnosis_was_right() -> No
     assert (row["severity"], row["onset_s"], row["seed"]) == (0.7, 80.0, 3)
     assert (row["diagnosis"], row["right"], row["tags"]) == ("Baffle crack", True, "a, b")
     assert not runs.row_of(replace(RECORD, top="nominal"), Label())["right"]
+    harmless = replace(RECORD, fault=Fault("baffle_crack", 0.0, 80.0), top="nominal")
+    assert runs.row_of(harmless, Label())["right"], "severity 0 equals nominal"
+    second = (SetFault(90.0, "engine_failure"), Repair(120.0))
+    assert runs.row_of(replace(RECORD, top="engine_failure", actions=second), Label())["right"]
     nominal = runs.row_of(replace(RECORD, fault=Fault("nominal"), top=None), Label())
     assert nominal["severity"] is nominal["right"] is None
 

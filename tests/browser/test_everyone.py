@@ -145,6 +145,13 @@ def test_the_wall_shows_the_flight_large_and_heeds_keys(
     # The charts take their new height a moment later.
     expect(page.locator("html")).to_have_js_property("scrollHeight", 1080)
     expect(page.locator("html")).to_have_js_property("scrollWidth", 1920)
+    # What a class is to find can be hidden, and stays so when the page comes again.
+    spoilers = ("#run-title", "#outcome .outcome-line", "#ranking li:first-child")
+    for spoiler in spoilers:
+        expect(page.locator(spoiler)).to_be_visible()
+    page.keyboard.press("h")
+    for spoiler in spoilers:
+        expect(page.locator(spoiler)).to_be_hidden()
     for _ in range(12):
         page.keyboard.press("ArrowLeft")
     expect(page.locator("#scrub-time")).to_have_text("04:00")
@@ -154,6 +161,10 @@ def test_the_wall_shows_the_flight_large_and_heeds_keys(
     page.reload()
     expect(page.locator(".tile.on-wall").first).to_be_visible()
     expect(page.locator(".area-setup")).to_be_hidden()
+    expect(page.locator("#wall-hide")).to_be_checked()
+    expect(page.locator("#outcome .outcome-line")).to_be_attached()
+    for spoiler in spoilers:
+        expect(page.locator(spoiler)).to_be_hidden()
     page.keyboard.press("Escape")
     expect(page.locator(".area-setup")).to_be_visible()
     assert page.evaluate("location.pathname") == address.replace("/present/", "/run/")

@@ -101,7 +101,14 @@ def test_the_fault_is_nowhere_until_it_is_answered(
     assert named_in_lists(lists, server.url, told) == listed
     assert not any(attempt_id in message for message in told[so_far:])
     del told[so_far:]
-    for path in (f"/run/{attempt_id}", f"/recordings/{attempt_id}.rrd", f"/compare/{attempt_id}"):
+    for path in (
+        f"/run/{attempt_id}",
+        f"/present/{attempt_id}",
+        f"/recordings/{attempt_id}.rrd",
+        f"/compare/{attempt_id}",
+        f"/runs/files?id={attempt_id}",
+        *(f"/runs/{attempt_id}/report.{kind}" for kind in ("html", "md", "pdf")),
+    ):
         assert status(server.url + path) == 404
 
     # The mirror is drawn when asked for, and not before.

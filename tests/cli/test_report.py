@@ -23,6 +23,8 @@ def test_markdown_on_the_terminal(mirrortwin, flight):
     assert done.stdout.startswith("# Diagnostic report")
     assert "Simulated flight" in done.stdout
     assert "## Maintenance" in done.stdout
+    name = "Oil cooler maintenance"
+    assert f"Injected: {name}. Diagnosed: {name}. ✓ right" in done.stdout
 
 
 def test_html_in_a_file(mirrortwin, flight, tmp_path):
@@ -38,6 +40,18 @@ def test_json_for_programs(mirrortwin, flight):
     assert values["report"]["writer"] == "template"
     assert values["report"]["final"]["hr"] == 0.0
     assert values["about"]["Run"] == "flight"
+    assert values["outcome"]["right"] is True
+    assert values["outcome"]["injected"][0]["mode"] == "oil_cooler_maintenance"
+
+
+def test_a_folder_that_does_not_say_what_was_injected(mirrortwin, flight, tmp_path):
+    folder = tmp_path / "flight"
+    folder.mkdir()
+    for name in ("faulted.parquet", "mirror.parquet"):
+        (folder / name).symlink_to(flight / name)
+    done = mirrortwin("report", str(folder))
+    assert done.returncode == 0
+    assert "Injected" not in done.stdout
 
 
 def test_a_question(mirrortwin, flight):
@@ -62,6 +76,7 @@ def test_a_run_of_the_app_by_its_id(mirrortwin, tmp_path):
     done = mirrortwin("report", record.id, "--store", str(tmp_path / "store"))
     assert done.returncode == 0
     assert record.id in done.stdout
+    assert "Injected: Baffle crack. Diagnosed: Baffle crack. ✓ right" in done.stdout
 
 
 @pytest.mark.parametrize(

@@ -1,17 +1,23 @@
 """Reports to take away: they name the run, say "simulated", load nothing and escape everything."""
 
+import json
 import re
 from dataclasses import replace
+from typing import Any
 
 import pytest
+import typst
 from hostile import chat_server, says
 from report_samples import diagnosis, evidence
 
 from core.fmea.fault import Fault
+from core.jobs.outcome import Outcome, injected_faults
+from core.report import pdf
 from core.report.case import open_case
 from core.report.endpoint import Endpoint
-from core.report.export import Exported, to_html, to_markdown
+from core.report.export import SHADED, Exported, evidence_figure, to_html, to_markdown
 from core.report.grounded import Done, grounded_template, write_grounded
+from core.report.metrics import CHECKED, HOW_CHECKED
 from core.report.pdf import to_pdf
 from core.report.writers import ModelWriter
 from core.twin.flight import fly_pair
@@ -32,10 +38,57 @@ def exported() -> Exported:
 def test_a_file_says_what_it_is(write: object) -> None:
     text = write(exported())  # type: ignore[operator]
     assert "Simulated flight" in text
-    for part in ("k3x9q2ab", "MirrorTwin 0.1.0", "cnn-paired-lab", "template", "CCC 1.00"):
+    for part in ("k3x9q2ab", "MirrorTwin 0.1.0", "cnn-paired-lab", "template"):
         assert part in text
     for title in ("Conclusion", "Mechanism", "Evidence cross-check", "Maintenance"):
         assert title in text
+
+
+@pytest.mark.parametrize("write", [to_markdown, to_html])
+def test_the_head_says_what_was_injected_and_the_foot_how_it_was_checked(write: object) -> None:
+    fault = Fault("engine_failure", 0.8, 60.0)
+    outcome = Outcome(injected_faults(fault), "baffle_crack")
+    text = write(replace(exported(), outcome=outcome))  # type: ignore[operator]
+    head, _, foot = text.partition("Maintenance")
+    assert "Injected: Engine failure. Diagnosed: Baffle crack. ✗ wrong" in head
+    assert CHECKED not in head and "1.00" not in head
+    for part in (CHECKED, HOW_CHECKED, "Causal chain coverage (CCC)", "Hallucination rate (HR)"):
+        assert part in foot
+    assert "Injected" not in write(exported())  # type: ignore[operator]
+
+
+def test_on_paper_both_are_said_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    given: list[dict[str, Any]] = []
+    compile_page = typst.compile
+
+    def compiled(page: bytes, **options: Any) -> Any:
+        given.append(json.loads(options["sys_inputs"]["data"]))
+        return compile_page(page, **options)
+
+    monkeypatch.setattr(pdf.typst, "compile", compiled)
+    outcome = Outcome(injected_faults(Fault("engine_failure", 0.8, 60.0)), "baffle_crack")
+    assert to_pdf(replace(exported(), outcome=outcome)).startswith(b"%PDF-1.")
+    (data,) = given
+    assert data["outcome"] == "Injected: Engine failure. Diagnosed: Baffle crack. ✗ wrong"
+    assert "CCC" not in str(data["about"])
+    assert data["checks"][0] == ["Causal chain coverage (CCC)", "1.00 (1 is best)"]
+    assert SHADED in data["legend"]
+
+
+def test_shaded_is_the_interval_of_the_evidence() -> None:
+    pair = fly_pair(Plan.sampled(3), Fault("baffle_crack", 0.8, 60.0))
+    (shape,) = evidence_figure(pair, GIVEN).layout.shapes
+    assert (shape.x0, shape.x1) == (70.0, 180.0)
+    assert shape.opacity == 1.0, "the band is pale already"
+    (item,) = GIVEN.evidence
+    svg = pdf._svg(pair, item)
+    ((left, width),) = re.findall(r'<rect x="([\d.]+)".*? width="([\d.]+)"', svg)
+    ticks = re.findall(r'<text x="([\d.]+)"[^>]*>(\d+:\d\d)<', svg)
+    marks = {said: float(at) for at, said in ticks}
+    scale = (marks["3:00"] - marks["0:00"]) / 180.0
+    assert float(left) == pytest.approx(marks["0:00"] + 70.0 * scale, abs=0.2)
+    assert float(left) + float(width) == pytest.approx(marks["3:00"], abs=0.2)
+    assert SHADED in to_html(replace(exported(), pair=pair))
 
 
 def test_the_page_has_the_table_and_the_lists() -> None:

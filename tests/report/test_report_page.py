@@ -12,7 +12,7 @@ from dash._utils import to_json
 from hostile import chat_server, hangs_in_the_middle, refuses_the_key, says
 from report_samples import diagnosis, evidence
 
-from app.pages.report_panel import watched, whole_report
+from app.pages.report_panel import report_panel, watched, whole_report
 from app.pages.report_writing import Job, ReportDesk
 from app.panels.nodes import Node
 from app.panels.report_text import report_text
@@ -25,6 +25,7 @@ from core.report.case import open_case
 from core.report.desk import offers
 from core.report.endpoint import MODEL, URL, Endpoint
 from core.report.grounded import Done, GroundedReport, grounded_template, write_grounded
+from core.report.metrics import CHECKED, HOW_CHECKED
 from core.report.report import SECTION_TITLES
 from core.report.writers import ModelWriter
 from core.twin.plan import Plan
@@ -92,6 +93,28 @@ def test_false_sentences_are_struck_with_a_mark_a_reason_and_no_markup() -> None
     assert "The <b>turbocharger</b> failed." in str(struck)
     assert any("nothing in the evidence" in str(text) for tag, _, text in drawn(tree))
     assert any(given.get("class") == "added" for _, given, _ in drawn(tree))
+
+
+def test_the_report_begins_with_its_text_and_ends_with_how_it_was_checked() -> None:
+    tree = whole_report("r", TEMPLATE)
+    assert tree[0] == ["h2", {}, ["Conclusion"]]
+    (folded,) = [children for tag, _, children in drawn(tree) if tag == "details"]
+    assert folded[0] == ["summary", {}, [CHECKED]]
+    assert HOW_CHECKED in str(folded)
+    names = [children for tag, _, children in drawn(folded) if tag == "dt"]
+    assert names[0] == ["Causal chain coverage (CCC), 1 is best"]
+    assert len(names) == 4
+    helps = {given["title"] for _, given, _ in drawn(tree) if given.get("class") == "mark"}
+    assert helps == {"Agrees with the evidence and the FMEA knowledge"}
+
+
+def test_a_writer_that_cannot_write_says_why_in_the_menu(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(URL, raising=False)
+    panel = plain([report_panel()])
+    (choice,) = parts(panel, "Select")
+    (missing,) = [each for each in choice["data"] if each["value"] == "model"]
+    assert missing["disabled"] and URL in missing["label"]
+    assert json.dumps(panel).count(URL) == 1
 
 
 def test_the_template_report_is_there_100_ms_after_the_diagnosis() -> None:

@@ -11,6 +11,7 @@ from core.errors import InputError, StoreError, WorkerError
 from core.fmea.fault import Fault
 from core.jobs.store import RunStore
 from core.jobs.worker import RunResult, fly_run
+from core.report.stored import stored_report
 from core.teach.challenge import Challenge
 from core.teach.classroom import Classroom, has_attempt
 from core.teach.scoring import Mark
@@ -37,6 +38,8 @@ def test_nothing_is_told_before_the_end_and_everything_after(store: RunStore) ->
     with pytest.raises(InputError, match="still open"):
         room.truth(begun.id)
     assert room.mirror(begun.id) is None
+    with pytest.raises(StoreError, match="no run"):
+        stored_report(store, begun.id)
     told = json.dumps(begun.to_dict() | {"challenge": None})
     assert "compression" not in told and "onset" not in told
 
@@ -64,6 +67,9 @@ def test_nothing_is_told_before_the_end_and_everything_after(store: RunStore) ->
     assert truth.fault.mode == "cylinder_compression"
     record = store.get(over.run_id)
     assert (record.status, record.fault, record.plan) == ("done", truth.fault, truth.plan)
+    outcome = stored_report(store, over.run_id).outcome
+    assert outcome is not None
+    assert outcome.line.startswith("Injected: Cylinder compression. Diagnosed: ")
     np.testing.assert_array_equal(
         store.load_pair(over.run_id).faulted.channels, again.readings(begun.id).channels
     )
