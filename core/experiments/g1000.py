@@ -31,6 +31,7 @@ from core.experiments.log_table import (
     split_table,
 )
 from core.experiments.log_units import Scale, scale_of, understood
+from core.jobs.g1000_file import SIMULATED_MODE, UNIT_PART
 from core.paths import ROOT
 
 Array = NDArray[np.float64]
@@ -43,9 +44,6 @@ REQUIRED: tuple[str, ...] = ("IAS", "VSpd", "E1 RPM")
 
 MOST_BYTES = 200 << 20
 """Some fifty times the log of a long day; whatever else lies in the folder is not taken in."""
-
-SIMULATED_BY = "MirrorTwin"
-"""Names our own exports in their head, as the software of the unit."""
 
 _CESSNA_172 = re.compile(r"(?<![\w])(cessna\s*|c-?)?172(?!rg)[a-z]{0,2}(?!\w)", re.IGNORECASE)
 _OTHER_ENGINE = re.compile(r"e2 .+|e1 (map|[ce][hg]t[5-9]|torq|ng|np|itt|tit\d?|coolt|geart)")
@@ -185,8 +183,8 @@ def _log(name: str, table: Table) -> Log:
         of_device = f" (of a {device})" if device else ""
         notes.doubts.append(f"its head{of_device} names no aircraft")
     mode = facts.get("mode", "NORMAL")
-    simulated = mode == "SIMULATED" or facts.get("unit_software_part_number") == SIMULATED_BY
-    if mode not in ("NORMAL", "SIMULATED"):
+    simulated = mode == SIMULATED_MODE or facts.get("unit_software_part_number") == UNIT_PART
+    if mode not in ("NORMAL", SIMULATED_MODE):
         notes.doubts.append(f"its mode is {mode!r}, not NORMAL")
     reading = Reading(
         rows=len(channels),

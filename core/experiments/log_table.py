@@ -69,7 +69,7 @@ class Table:
     def column(self, name: str) -> list[str]:
         """The cells of a column, stripped."""
         place = self.names.index(name)
-        return [row[place] for row in self.rows]
+        return [row[place].strip() for row in self.rows]
 
 
 def is_blank(cell: str) -> bool:
@@ -131,14 +131,18 @@ def _lines(data: bytes) -> tuple[list[str], bool]:
 
 
 def _cells(line: str, separator: str) -> list[str]:
+    return [cell.strip() for cell in _split(line, separator)]
+
+
+def _split(line: str, separator: str) -> list[str]:
     if '"' not in line:
-        return [cell.strip() for cell in line.split(separator)]
+        return line.split(separator)
     # Line by line: a quotation mark without its other half must not swallow the lines below.
     reader = csv.reader([line.replace("\0", " ")], delimiter=separator, skipinitialspace=True)
     try:
-        return [cell.strip() for cell in next(reader)]
+        return next(reader)
     except csv.Error:  # a cell beyond all bounds
-        return [cell.strip() for cell in line.split(separator)]
+        return line.split(separator)
 
 
 def _header(lines: Sequence[str]) -> tuple[int, str]:
@@ -257,15 +261,15 @@ def _rows(
             break
         if not line.strip():
             continue
-        cells = _cells(line, separator)
+        cells = _split(line, separator)
         if _HEAD.search(line) and ("airframe_info" in cells[0] or _is_header(cells)):
             raise InputError("logs", f"has a second head at line {number}: split it")
-        if any(cells[width:]) or len(cells) < least:
+        if any(map(str.strip, cells[width:])) or len(cells) < least:
             left_out[f"{len(cells)} fields, not {width}"] += 1
             continue
         row = tuple(cells[:width])
         # A row that was written twice; without a clock in it, it may be a moment like the last.
-        if has_clock and rows and row == rows[-1] and row[names.index(TIME)]:
+        if has_clock and rows and row == rows[-1] and row[names.index(TIME)].strip():
             left_out[COPY] += 1
             continue
         rows.append(row)
