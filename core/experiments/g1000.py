@@ -281,7 +281,7 @@ def _scale(table: Table, channel: Channel, notes: _Notes) -> Scale:
 def _level_g(channels: Array, notes: _Notes) -> None:
     """Bring the normal acceleration to 0 in level flight: some devices count the weight itself.
 
-    Told by its median, which is that of standing and of level flight.
+    Judged by its median, which is that of standing and of level flight.
     """
     lift = channels[:, CHANNEL_INDEX["NormAc"]]
     if np.isnan(lift).all():

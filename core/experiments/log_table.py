@@ -23,7 +23,9 @@ _SEPARATORS = (",", ";", "\t")
 _NAME_AND_UNIT = re.compile(r"(.*?)\s*[(\[]([^()\[\]]*)[)\]]")
 _NUMBER = re.compile(r"[+-]?(\d+[.,]?\d*|[.,]\d+)([eE][+-]?\d+)?")
 _FACT = re.compile(r"(\w+)\s*=\s*\"*([^\",;\t]*)")
-_HEAD = re.compile(r"airframe_info|e1 rpm", re.IGNORECASE)
+_HEAD = re.compile(r"airframe_info|\brpm\b|/min\b|\bpsi\b", re.IGNORECASE)
+"""What some line of a head has, and hardly a row: only those lines are looked at more closely."""
+
 _BLANK = re.compile(r"[-–*_.#?/ ]*|nan|na|n/a|null|none", re.IGNORECASE)
 
 
@@ -95,7 +97,7 @@ def split_table(data: bytes) -> Table:
     above = [_cells(line, separator) for line in lines[:at]]
     body = lines[at + 1 :]
     stated = [*([in_names] if any(in_names) else []), *_units_above(above, names)]
-    if body and _is_units_below(_cells(body[0], separator), names):
+    while body and _is_units_below(_cells(body[0], separator), names):
         stated.append(_cells(body[0], separator))
         at, body = at + 1, body[1:]
     rows, dropped = _rows(body, separator, names, first_line=at + 2, is_whole=is_whole)
@@ -223,10 +225,16 @@ def _unit_in(cell: str) -> str:
 
 
 def _is_units_below(cells: Sequence[str], names: Sequence[str]) -> bool:
-    """Whether the first line below the names states units: words where numbers should be."""
+    """Whether a line below the names states units: words where numbers should be."""
     named = zip(cells, names, strict=False)
     wanted = [cell for cell, name in named if name in _CHANNELS and not is_blank(cell)]
     return sum(not is_number(cell) for cell in wanted) > len(wanted) / 2
+
+
+def _is_head(cells: Sequence[str], names: Sequence[str]) -> bool:
+    """Whether a line among the rows is one of another head."""
+    stripped = [cell.strip() for cell in cells]
+    return "airframe_info" in cells[0] or _is_header(stripped) or _is_units_below(stripped, names)
 
 
 def _stated(lines: Sequence[Sequence[str]], names: Sequence[str]) -> dict[str, tuple[str, ...]]:
@@ -262,7 +270,7 @@ def _rows(
         if not line.strip():
             continue
         cells = _split(line, separator)
-        if _HEAD.search(line) and ("airframe_info" in cells[0] or _is_header(cells)):
+        if _HEAD.search(line) and _is_head(cells, names):
             raise InputError("logs", f"has a second head at line {number}: split it")
         if any(map(str.strip, cells[width:])) or len(cells) < least:
             left_out[f"{len(cells)} fields, not {width}"] += 1

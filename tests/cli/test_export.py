@@ -80,7 +80,7 @@ def test_a_folder_takes_both_flights_as_logs(
     assert written["bytes"] == (out / names[1]).stat().st_size
 
 
-def test_one_file_is_the_faulted_flight_unless_told_otherwise(
+def test_one_file_is_the_faulted_flight_unless_asked_otherwise(
     stored: tuple[Path, str], tmp_path: Path
 ) -> None:
     root, run_id = stored

@@ -320,6 +320,17 @@ def test_rows_of_another_length_are_dropped_or_the_file_is_refused(tmp_path: Pat
 def test_two_logs_in_one_file_are_refused(tmp_path: Path):
     said = refusal(tmp_path, str(LogText()) + str(LogText()))
     assert "second head at line 24" in said
+    lines = str(LogText()).split("\n")
+    said = refusal(tmp_path, "\n".join([*lines[:9], lines[1], *lines[9:]]))
+    assert "second head at line 10" in said
+
+
+def test_units_on_both_sides_of_the_names_must_agree(tmp_path: Path):
+    lines = str(LogText(units={"E1 OilP": "bar"})).split("\n")
+    assert_true(read(tmp_path, "\n".join([*lines[:3], lines[1], *lines[3:]])), range(20))
+    other = lines[1].replace("bar", "psi")
+    said = refusal(tmp_path, "\n".join([*lines[:3], other, *lines[3:]]))
+    assert "column 'E1 OilP' is in 'bar' and in 'psi'" in said
 
 
 def test_two_columns_of_one_name_are_refused(tmp_path: Path):
