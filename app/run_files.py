@@ -22,7 +22,7 @@ from starlette.requests import ClientDisconnect
 from app.pages.words import flown_fault, run_title
 from app.scenes.recording import write_recording
 from core.errors import InputError, MirrorTwinError, StoreError
-from core.jobs.g1000_file import RATE_HZ, g1000_csv
+from core.jobs.g1000_file import RATE_HZ, SIDES, g1000_csv, log_name
 from core.jobs.parcel import MAX_PACKED, MAX_RUNS, pack, unpack
 from core.jobs.records import RunRecord
 from core.jobs.store import RunStore
@@ -30,7 +30,6 @@ from core.jobs.store import RunStore
 IMPORT_PATH = "/runs/import"
 EXPORT_PATH = "/runs/files"
 ZIP = "application/zip"
-SIDES = ("faulted", "mirror")
 
 _MAX_UPLOADS = 2
 
@@ -92,14 +91,15 @@ def mount(app: FastAPI, store: RunStore) -> None:
 
     @app.get("/runs/{run_id}/{side}.csv", include_in_schema=False)
     def log(run_id: str, side: str, rate: int = RATE_HZ) -> Response:
-        if side not in SIDES:
+        which = next((known for known in SIDES if known == side), None)
+        if which is None:
             return PlainTextResponse(f"Logs are of {' or '.join(SIDES)}.", 404)
         try:
             record = store.get(run_id)
-            text = g1000_csv(record, getattr(store.load_pair(run_id), side), rate)
+            text = g1000_csv(record, getattr(store.load_pair(run_id), side), rate, side=which)
         except MirrorTwinError as error:
             return _problem(error)
-        name = f'attachment; filename="mirrortwin-{run_id}-{side}.csv"'
+        name = f'attachment; filename="{log_name(record, which)}"'
         return Response(text, media_type="text/csv", headers={"Content-Disposition": name})
 
     @app.post(IMPORT_PATH, include_in_schema=False)

@@ -1,18 +1,26 @@
-"""``mirrortwin export``: a stored run as a file to take along."""
+"""``mirrortwin export``: a stored run as files to take along."""
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from app.cli.output import print_json
+from app.cli.output import print_json, writable_folder
 from core.errors import InputError
+
+if TYPE_CHECKING:
+    from core.jobs.store import RunStore
 
 DESCRIPTION = """\
 Write a finished run of the store to a file: everything, as a zip that `mirrortwin import` and the
-page Runs take in again; one of its flights as a Garmin G1000 log; or its Rerun recording.
+page Runs take in again; its flights as Garmin G1000 logs; or its Rerun recording.
+
+A name without a suffix is that of a folder, as is a folder that is there: files get names of their
+own in it, and csv writes both flights.
 """
 EXAMPLES = """\
 examples:
   mirrortwin export 20261123T061500-k3x9q2wz --out run.zip
+  mirrortwin export 20261123T061500-k3x9q2wz --format csv --out logs
   mirrortwin export 20261123T061500-k3x9q2wz --format csv --side mirror --out mirror.csv
   mirrortwin export 20261123T061500-k3x9q2wz --format rrd --out run.rrd
 """
@@ -21,11 +29,15 @@ examples:
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the options of this command."""
     parser.add_argument("name", metavar="RUN", help="the run's name, as in its address")
-    parser.add_argument("--out", type=Path, required=True, metavar="FILE", help="the file to write")
+    parser.add_argument(
+        "--out", type=Path, required=True, metavar="FILE|DIR",
+        help="the file to write, or a folder for it",
+    )  # fmt: skip
     parser.add_argument("--format", choices=("zip", "csv", "rrd"), default="zip")
     parser.add_argument(
-        "--side", choices=("faulted", "mirror"), default="faulted", help="which flight, for csv"
-    )
+        "--side", choices=("faulted", "mirror"),
+        help="which flight, for csv (default: both into a folder, faulted into a file)",
+    )  # fmt: skip
     parser.add_argument(
         "--rate", type=int, default=1, metavar="HZ", help="rows a second, for csv (default 1)"
     )
@@ -37,32 +49,58 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> None:
-    """Write the file; raises `InputError` or `StoreError`."""
-    from core.jobs.files import whole_file
-    from core.jobs.g1000_file import g1000_csv
+    """Write the files; raises `InputError` or `StoreError`."""
     from core.jobs.store import RunStore, default_root
 
-    if not args.out.parent.is_dir():
-        raise InputError("out", f"there is no folder {args.out.parent}")
+    out: Path = args.out
+    into_folder = out.is_dir() or not out.suffix
+    if not into_folder and not out.parent.is_dir():
+        raise InputError("out", f"there is no folder {out.parent}")
     store = RunStore(args.store or default_root())
-    record = store.get(args.name)
     if args.format == "csv":
-        flight = getattr(store.load_pair(args.name), args.side)
-        text = g1000_csv(record, flight, args.rate)
-        with whole_file(args.out) as temporary:
-            temporary.write_text(text, encoding="ascii", newline="")
-    elif args.format == "rrd":
-        from app.run_files import with_recording
-
-        with_recording(store, args.name)
-        with whole_file(args.out) as temporary:
-            temporary.write_bytes(store.recording_path(args.name).read_bytes())
+        files = _write_logs(store, args, into_folder)
     else:
-        from app.run_files import export_runs
-
-        export_runs(store, [args.name], args.out)
-    size = args.out.stat().st_size
+        files = [_write_whole(store, args, into_folder)]
+    sizes = {str(path): path.stat().st_size for path in files}
     if args.json:
-        print_json({"run": args.name, "out": str(args.out), "bytes": size})
-    else:
-        print(f"{args.out}: {size / 1e6:.1f} MB")
+        total = sum(sizes.values())
+        print_json({"run": args.name, "out": str(out), "files": list(sizes), "bytes": total})
+        return
+    for path, size in sizes.items():
+        print(f"{path}: {size / 1e6:.1f} MB")
+
+
+def _write_logs(store: "RunStore", args: argparse.Namespace, into_folder: bool) -> list[Path]:
+    """Write the flights asked for as logs, a file each."""
+    from core.jobs.files import whole_file
+    from core.jobs.g1000_file import SIDES, g1000_csv, log_name
+
+    record, pair = store.get(args.name), store.load_pair(args.name)
+    default = SIDES if into_folder else SIDES[:1]
+    sides = [side for side in SIDES if side == args.side] if args.side else default
+    texts = {side: g1000_csv(record, getattr(pair, side), args.rate, side=side) for side in sides}
+    files = []
+    for side, text in texts.items():
+        path = writable_folder(args.out) / log_name(record, side) if into_folder else args.out
+        with whole_file(path) as temporary:
+            temporary.write_text(text, encoding="ascii", newline="")
+        files.append(path)
+    return files
+
+
+def _write_whole(store: "RunStore", args: argparse.Namespace, into_folder: bool) -> Path:
+    """Write the run as a zip, or its recording."""
+    from app.run_files import export_runs, with_recording
+    from core.jobs.files import whole_file
+
+    record = store.get(args.name)
+    path: Path = args.out
+    if into_folder:
+        path = writable_folder(path) / f"mirrortwin-{record.id}.{args.format}"
+    if args.format == "zip":
+        export_runs(store, [record.id], path)
+        return path
+    with_recording(store, record.id)
+    with whole_file(path) as temporary:
+        temporary.write_bytes(store.recording_path(record.id).read_bytes())
+    return path

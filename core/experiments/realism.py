@@ -69,7 +69,7 @@ class CorrelationRow:
 
 def run(quick: bool, progress: Progress, logs: Path = LOGS) -> Result:
     """Read the logs, fly by seed, compare; raises `InputError` where no log can be used."""
-    real, refused = read_logs(logs)
+    real, refused = real_flights(logs)
     theirs = describe(real)
     if not theirs.seconds:
         raise InputError("logs", f"no log in {logs} has any cruise (level, over 90 kt)")
@@ -107,8 +107,28 @@ def run(quick: bool, progress: Progress, logs: Path = LOGS) -> Result:
             "logs_left_out": refused,
         },
         figure=draw(channels, correlations, verdict),
-        summary=_summary(channels, correlations, verdict, own_aucs, refused),
+        summary=(
+            *_summary(channels, correlations, verdict, own_aucs),
+            *(f"{log.name}: {'; '.join(log.reading.sentences())}" for log in real),
+            *(f"left out: {why}" for why in refused.values()),
+        ),
     )
+
+
+def real_flights(folder: Path) -> tuple[list[Log], dict[str, str]]:
+    """Logs of real Cessna 172s, and why each other file is left out; raises `InputError`."""
+    read, refused = read_logs(folder)
+    for log in read:
+        if log.reading.simulated:
+            refused[log.name] = f"{log.name}: is a simulated flight, as its head says"
+        elif log.reading.not_a_172 is not None:
+            refused[log.name] = f"{log.name}: is no Cessna 172: {log.reading.not_a_172}"
+    real = [log for log in read if log.name not in refused]
+    if not real:
+        raise InputError(
+            "logs", f"nothing to compare with in {folder}: {'; '.join(refused.values())}"
+        )
+    return real, refused
 
 
 def sampled_plans(quick: bool) -> list[Plan]:
@@ -204,6 +224,10 @@ def _about(log: Log) -> dict[str, Any]:
         "cruise_s": int(cruising(log).sum()),
         "steady_s": sum(rows.stop - rows.start for rows in steady),
         "missing": list(log.missing),
+        "aircraft": log.reading.aircraft,
+        "converted": [asdict(each) for each in log.reading.converted],
+        "dropped": [asdict(each) for each in log.reading.dropped],
+        "doubts": list(log.reading.doubts),
     }
 
 
@@ -212,7 +236,6 @@ def _summary(
     correlations: Sequence[CorrelationRow],
     verdict: Verdict,
     own_aucs: Sequence[float],
-    refused: dict[str, str],
 ) -> tuple[str, ...]:
     counts = _counts(channels, correlations)
     lines = [
@@ -237,5 +260,4 @@ def _summary(
             "the same, with some of our own flights told to be the real ones: AUC "
             + ", ".join(f"{auc:.2f}" for auc in own_aucs)
         )
-    lines += [f"left out: {name} ({why})" for name, why in refused.items()]
     return tuple(lines)

@@ -7,7 +7,7 @@ navigation, autopilot) stays blank, as it does in real logs where there is nothi
 
 from collections.abc import Mapping
 from datetime import UTC, datetime, timedelta
-from typing import NamedTuple
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,15 @@ from core.jobs.records import RunRecord
 from core.twin.trajectory import Trajectory
 
 Array = NDArray[np.float64]
+
+Side = Literal["faulted", "mirror"]
+SIDES: tuple[Side, ...] = get_args(Side)
+"""The two flights of a run."""
+
+SIMULATED_MODE = "SIMULATED"
+"""What the head says of the mode, so that no reader takes the flight for a real one."""
+
+UNIT_PART = "MirrorTwin"
 
 RATE_HZ = 1
 """What the real device writes (some of its seconds twice, which we do not copy)."""
@@ -80,9 +89,15 @@ _COLUMNS: tuple[_Column, ...] = (
 COLUMN_NAMES = tuple(column.name for column in _COLUMNS)
 
 
-def g1000_csv(record: RunRecord, flight: Trajectory, rate_hz: int = RATE_HZ) -> str:
+def log_name(record: RunRecord, side: Side) -> str:
+    """The name of the file for one flight of a run."""
+    return f"mirrortwin-{record.id}-{side}.csv"
+
+
+def g1000_csv(record: RunRecord, flight: Trajectory, rate_hz: int = RATE_HZ, *, side: Side) -> str:
     """One flight of a run as the text of a G1000 log, its clock UTC, from when it was flown.
 
+    ``side`` says which flight it is: each has a system id of its own, since viewers sort by it.
     More than a row a second is not what the device does; the times then have decimals, which not
     every viewer reads. Raises `InputError` for a rate that is not one of `RATES_HZ`.
     """
@@ -100,7 +115,7 @@ def g1000_csv(record: RunRecord, flight: Trajectory, rate_hz: int = RATE_HZ) -> 
         len(rows),
     )
     lines = [
-        _airframe(record),
+        _airframe(record, side),
         ", ".join(_shown(column, column.unit) for column in _COLUMNS),
         ", ".join(_shown(column, column.name) for column in _COLUMNS),
         *map(", ".join, zip(*texts, strict=True)),
@@ -108,17 +123,17 @@ def g1000_csv(record: RunRecord, flight: Trajectory, rate_hz: int = RATE_HZ) -> 
     return "\r\n".join(lines) + "\r\n"
 
 
-def _airframe(record: RunRecord) -> str:
+def _airframe(record: RunRecord, side: Side) -> str:
     facts = {
         "log_version": "1.00",
         "airframe_name": "Cessna 172P",
-        "unit_software_part_number": "MirrorTwin",
+        "unit_software_part_number": UNIT_PART,
         "unit_software_version": record.code_version.split(" ")[0],
         "system_software_part_number": "JSBSim",
-        "system_id": record.id,
+        "system_id": f"{record.id}-{side}",
     }
     named = ", ".join(f'{name}="{value}"' for name, value in facts.items())
-    return f"#airframe_info, {named}, mode=SIMULATED, "
+    return f"#airframe_info, {named}, mode={SIMULATED_MODE}, "
 
 
 def _clock(record: RunRecord, time_s: Array, rate_hz: int) -> dict[str, list[str]]:

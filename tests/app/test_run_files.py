@@ -92,6 +92,7 @@ def test_both_flights_come_as_logs(
         path = tmp_path_factory.mktemp("log") / f"{side}.csv"
         path.write_bytes(answer.content)
         logs[side] = read_log(path)
+        assert f'system_id="{run_id}-{side}"' in answer.text
     assert len(logs["faulted"]) == 60
     assert logs["faulted"].channel("E1 RPM")[-1] < logs["mirror"].channel("E1 RPM")[-1] - 100.0
     fast = client.get(run_files.csv_path(run_id, "mirror"), params={"rate": 10})

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from log_support import AIRFRAME, LogText
 
 from core.channels import CHANNELS, N_CHANNELS, channel
 from core.errors import InputError
@@ -13,7 +14,13 @@ from core.experiments.cruise import describe
 from core.experiments.detector import STATISTICS, statistics, tell_apart, tell_own_apart
 from core.experiments.field_plans import field_plan, load_distribution
 from core.experiments.g1000 import LOGS, Log
-from core.experiments.realism import channel_rows, correlation_rows, run, sampled_plans
+from core.experiments.realism import (
+    channel_rows,
+    correlation_rows,
+    real_flights,
+    run,
+    sampled_plans,
+)
 from core.twin.events import flight_events
 from core.twin.flight import fly
 
@@ -138,6 +145,27 @@ def test_a_spoilt_distribution_is_named(tmp_path: Path, old: str, new: str, mess
 def test_without_logs_nothing_is_flown(tmp_path: Path):
     with pytest.raises(InputError, match="logs: no folder"):
         run(True, lambda share: None, logs=tmp_path / "absent")
+
+
+def test_only_real_172s_are_compared_with(tmp_path: Path):
+    heads = {
+        "ours.csv": AIRFRAME.replace("NORMAL", "SIMULATED"),
+        "ours-too.csv": AIRFRAME + 'unit_software_part_number="MirrorTwin"',
+        "piper.csv": AIRFRAME.replace("Cessna 172S", "Piper PA-28"),
+    }
+    for name, airframe in heads.items():
+        (tmp_path / name).write_text(str(LogText(airframe=airframe)))
+    (tmp_path / "notes.txt").write_text("to do: fly\n")
+    with pytest.raises(InputError, match="nothing to compare with in") as caught:
+        run(True, lambda share: None, logs=tmp_path)
+    assert all(name in str(caught.value) for name in (*heads, "notes.txt"))
+    (tmp_path / "real.csv").write_text(str(LogText()))
+    real, refused = real_flights(tmp_path)
+    assert [log.name for log in real] == ["real.csv"]
+    assert "is a simulated flight" in refused["ours.csv"]
+    assert "is a simulated flight" in refused["ours-too.csv"]
+    assert "'Piper PA-28'" in refused["piper.csv"]
+    assert set(refused) == {*heads, "notes.txt"}
 
 
 @pytest.mark.slow

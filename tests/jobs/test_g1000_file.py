@@ -11,7 +11,7 @@ from jobs_support import CRACK, SHORT_PLAN
 from core.channels import CHANNEL_NAMES
 from core.errors import InputError
 from core.experiments.g1000 import LOGS, read_log
-from core.jobs.g1000_file import COLUMN_NAMES, HOME_DEG, g1000_csv
+from core.jobs.g1000_file import COLUMN_NAMES, HOME_DEG, SIDES, g1000_csv
 from core.jobs.records import RunRecord
 from core.twin.trajectory import STATE_NAMES, Pair, Trajectory
 
@@ -27,7 +27,7 @@ def rows_of(text: str) -> list[list[str]]:
 
 
 def test_it_is_laid_out_as_the_device_does_it(short_pair: Pair) -> None:
-    lines = g1000_csv(RECORD, short_pair.faulted).split("\r\n")
+    lines = g1000_csv(RECORD, short_pair.faulted, side="faulted").split("\r\n")
     assert lines[0].startswith('#airframe_info, log_version="1.00", airframe_name="Cessna 172P"')
     assert lines[1].startswith("#yyy-mm-dd, hh:mm:ss,   hh:mm,")
     assert [name.strip() for name in lines[2].split(",")] == list(COLUMN_NAMES)
@@ -40,16 +40,19 @@ def test_it_is_laid_out_as_the_device_does_it(short_pair: Pair) -> None:
 @pytest.mark.skipif(not LOGS.is_dir(), reason="no real logs here")
 def test_its_head_is_that_of_a_real_log(short_pair: Pair) -> None:
     real = (LOGS / "c172s-g1000-20110701.csv").read_text().splitlines()
-    ours = g1000_csv(RECORD, short_pair.faulted).splitlines()
+    ours = g1000_csv(RECORD, short_pair.faulted, side="faulted").splitlines()
     assert ours[1:3] == real[1:3]
 
 
 def test_the_flight_is_read_back_as_it_was_flown(short_pair: Pair, tmp_path: Path) -> None:
-    for flight in (short_pair.faulted, short_pair.mirror):
+    for side in SIDES:
+        flight = getattr(short_pair, side)
         path = tmp_path / "log.csv"
-        path.write_text(g1000_csv(RECORD, flight), newline="")
+        path.write_text(g1000_csv(RECORD, flight, side=side), newline="")
         log = read_log(path)
         assert log.missing == ()
+        assert (log.reading.simulated, log.reading.aircraft) == (True, "Cessna 172P")
+        assert log.reading.converted == log.reading.dropped == log.reading.doubts == ()
         assert np.array_equal(log.time_s, np.arange(SHORT_PLAN.duration_s))
         for name in CHANNEL_NAMES:
             decimals = 1 if name in ("volt1", "volt2", "amp1", "amp2", "OAT", "AltMSL") else 2
@@ -57,8 +60,18 @@ def test_the_flight_is_read_back_as_it_was_flown(short_pair: Pair, tmp_path: Pat
             assert np.allclose(log.channel(name), flight.channel(name)[::50], 0.0, tolerance), name
 
 
+def test_the_two_flights_of_a_run_are_two_systems(short_pair: Pair) -> None:
+    heads = {
+        side: g1000_csv(RECORD, getattr(short_pair, side), side=side).splitlines()[0]
+        for side in SIDES
+    }
+    for side, head in heads.items():
+        assert f'system_id="{RECORD.id}-{side}"' in head
+        assert "mode=SIMULATED" in head
+
+
 def test_position_and_speed_agree_with_each_other(short_pair: Pair) -> None:
-    rows = rows_of(g1000_csv(RECORD, short_pair.mirror))
+    rows = rows_of(g1000_csv(RECORD, short_pair.mirror, side="mirror"))
     column = {name: [row[place] for row in rows] for place, name in enumerate(COLUMN_NAMES)}
     assert [row[:2] for row in rows[:3]] == [
         ["2026-11-23", "23:59:58"], ["2026-11-23", "23:59:59"], ["2026-11-24", "00:00:00"],
@@ -75,13 +88,13 @@ def test_position_and_speed_agree_with_each_other(short_pair: Pair) -> None:
 @pytest.mark.parametrize("rate_hz", [0, 3, -1, 51, 1.5])
 def test_an_impossible_rate_is_named(short_pair: Pair, rate_hz: int) -> None:
     with pytest.raises(InputError) as caught:
-        g1000_csv(RECORD, short_pair.faulted, rate_hz)
+        g1000_csv(RECORD, short_pair.faulted, rate_hz, side="faulted")
     assert caught.value.field == "rate"
 
 
 def test_a_higher_rate_tells_its_times_apart(short_pair: Pair, tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
-    path.write_text(g1000_csv(RECORD, short_pair.faulted, 5), newline="")
+    path.write_text(g1000_csv(RECORD, short_pair.faulted, 5, side="faulted"), newline="")
     log = read_log(path)
     assert len(log) == 5 * SHORT_PLAN.duration_s
     assert np.allclose(np.diff(log.time_s), 0.2)
@@ -97,7 +110,7 @@ def test_whatever_was_flown_is_written_in_whole_lines(seed: int, n: int, holes: 
         channels[rng.random(channels.shape) < 0.2] = np.nan
     flight = Trajectory(np.arange(n) * 0.02, states, channels)
     with np.errstate(invalid="ignore"):
-        rows = rows_of(g1000_csv(RECORD, flight, 50))
+        rows = rows_of(g1000_csv(RECORD, flight, 50, side="mirror"))
     assert len(rows) == n
     for row, values in zip(rows, channels, strict=True):
         cells = dict(zip(COLUMN_NAMES, row, strict=True))
