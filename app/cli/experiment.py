@@ -14,6 +14,7 @@ QUICK_FOLDER = Path("quick-results")
 EXPERIMENTS: dict[str, str] = {
     "fig6": "paths in 3D and from the side, five faults and nominal",
     "fig7": "six key channels, five faults and nominal",
+    "field": "field flights diagnosed from end to end: onset, verdict, false evidence",
     "realism": "our field flights beside real G1000 logs (--logs; some ten minutes)",
     "signs": "does every fault move every channel the way engineers say?",
     "cross": "models of lab and of field, each tested in both; what each channel costs",

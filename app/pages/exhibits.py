@@ -143,6 +143,15 @@ def _falls(content: Content) -> str:
     )
 
 
+def _field(content: Content) -> str:
+    onset, healthy = content["onset"], content["healthy"]
+    return (
+        f"end to end, {100 * content['named_share']:.0f} % of faults named, the onset within 30 s "
+        f"in {100 * onset['within_30_s_share']:.0f} %; {healthy['evidence_lines']} lines of false "
+        f"evidence in {healthy['flights']} healthy flights"
+    )
+
+
 def _delay(content: Content) -> str:
     rows = [row for row in content["rows"] if row["median_delay_s"] is not None]
     if not rows:
@@ -259,6 +268,11 @@ EXHIBITS: dict[str, Exhibit] = {
             "both, and the score that each channel would win back if it read as in lab.",
             ("cross",), "mirrortwin experiment cross", "Minutes, and both data sets.",
             headline=_crossed,
+        ),
+        Exhibit(
+            "field", "Field, end to end", "Flights in wind and gusts as the shipped diagnosis "
+            "answers them, the onset unknown: F1 of whole flights.", ("field",),
+            "mirrortwin experiment field", "Some ten minutes.", headline=_field,
         ),
         Exhibit(
             "delay", "Delay", "How soon after its onset a fault is named, and for good.",

@@ -20,6 +20,7 @@ from app.pages.words import (
     STAGES,
     STATUS_WORDS,
     cautions,
+    live_caution,
     run_subtitle,
     run_title,
 )
@@ -218,9 +219,7 @@ class RunView:
             self._marked(
                 VERDICT_MARKS_ID, verdict_marks(diagnosis, self.record.first_fault or Fault())
             ),
-            Update(
-                "diagnosis-notes", "children", [html.P(note, className="caution") for note in notes]
-            ),
+            *_cautioned(notes, unsure=False),
         ]
 
     def _flown(self) -> list[Update]:
@@ -252,13 +251,17 @@ class RunView:
         return 0
 
     def _judged(self) -> list[Update]:
-        """The probabilities so far."""
-        return self._verdict(
-            self._names,
-            np.array([window.time_s for window in self._windows]),
-            np.stack([window.probabilities for window in self._windows]),
-            self._windows[-1].probabilities,
-        )
+        """The probabilities so far, greyed where what was done on the way makes them doubtful."""
+        caution = live_caution(self.record.actions, self._windows[-1].time_s)
+        return [
+            *self._verdict(
+                self._names,
+                np.array([window.time_s for window in self._windows]),
+                np.stack([window.probabilities for window in self._windows]),
+                self._windows[-1].probabilities,
+            ),
+            *_cautioned([caution] if caution else [], unsure=caution is not None),
+        ]
 
     def _verdict(
         self, names: dict[str, str], time_s: Array, over_time: Array, now: Array
@@ -325,6 +328,16 @@ class RunView:
         ]  # fmt: skip
 
 
+def _cautioned(notes: Sequence[str], *, unsure: bool) -> list[Update]:
+    """What to know before trusting the ranking, which is greyed where it says little."""
+    return [
+        Update(
+            "diagnosis-notes", "children", [html.P(note, className="caution") for note in notes]
+        ),
+        Update("ranking", "className", "is-unsure" if unsure else ""),
+    ]
+
+
 def _onset_s(record: RunRecord) -> float | None:
     fault = record.first_fault
     return None if fault is None else fault.onset_s
@@ -356,7 +369,7 @@ def _cleared() -> list[Update]:
         Update("stage", "children", ""),
         Update(fly.RANKING_NODES_ID, "data", fly.ranking_hint()),
         Update(OUTCOME_ID, "children", None),
-        Update("diagnosis-notes", "children", None),
+        *_cautioned([], unsure=False),
         Update(report_panel.REPORT_NODES_ID, "data", report_panel.hint()),
         Update("report-status", "children", ""),
         Update(report_panel.PANEL_ID, "data-writing", "no"),

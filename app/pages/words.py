@@ -1,6 +1,6 @@
 """Runs in words: titles, plans, stages and flight events, with their units."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from app.pages.setup import takes_cylinder
 from app.panels.axes import clock
@@ -10,6 +10,7 @@ from core.fmea.catalogue import catalogue
 from core.fmea.fault import Fault
 from core.jobs.events import Stage
 from core.jobs.records import RunRecord, Status
+from core.twin.actions import Action, Repair, SetTarget
 from core.twin.events import FlightEvent
 from core.twin.plan import Plan
 
@@ -133,4 +134,39 @@ def cautions(diagnosis: Diagnosis, plan: Plan) -> list[str]:
             f"The classifier has learnt from {diagnosis.conditions} flights, and this is a "
             f"{plan.conditions} flight: expect more errors than its scores say."
         )
+    if diagnosis.judged_until_s is not None:
+        notes.append(
+            f"Repaired at {clock(diagnosis.judged_until_s)}: the verdict is that of the flight "
+            "before, and nothing later is evidence."
+        )
     return notes
+
+
+STEERED_S = 120.0
+"""How long after new targets both aircraft are taken to be on their way to them."""
+
+
+def live_caution(actions: Iterable[Action], now_s: float) -> str | None:
+    """Why the ranking of a live flight says little at ``now_s``, after what was done; else None.
+
+    After a repair the aircraft is on its way back to its mirror, until something is broken again;
+    after new targets both fly what no model has learnt.
+    """
+    done = [action for action in actions if action.time_s <= now_s]
+    last = max(
+        (each for each in done if not isinstance(each, SetTarget)),
+        key=lambda each: each.time_s,
+        default=None,
+    )
+    if isinstance(last, Repair):
+        return (
+            f"Repaired at {clock(last.time_s)}: the aircraft has still to come back to its mirror. "
+            "This ranking is no diagnosis of the repaired engine."
+        )
+    steered = [each.time_s for each in done if isinstance(each, SetTarget)]
+    if steered and now_s - max(steered) < STEERED_S:
+        return (
+            f"New targets at {clock(max(steered))}: until both aircraft have taken them up, this "
+            "ranking counts little."
+        )
+    return None

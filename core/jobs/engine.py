@@ -13,6 +13,7 @@ from typing import IO, TYPE_CHECKING, TypeVar
 from distributed import CancelledError, Client, Future, KilledWorker
 
 from core.diagnosis.diagnosis import Diagnosis
+from core.diagnosis.interventions import interventions
 from core.errors import InputError, StoreError, WorkerError
 from core.fmea.fault import Fault
 from core.jobs.cluster import Cluster
@@ -155,6 +156,7 @@ class Engine:
                 pair,
                 commanded(record.plan, record.actions),
                 residual,
+                interventions(record.actions),
                 pure=False,
                 priority=10,
             )

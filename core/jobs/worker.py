@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from distributed import Worker, WorkerPlugin, get_worker, secede
 
-from core.diagnosis.diagnosis import Diagnosis
+from core.diagnosis.diagnosis import Diagnosis, Intervention
 from core.errors import MirrorTwinError
 from core.fmea.fault import Fault
 from core.jobs.events import (
@@ -79,14 +79,23 @@ def fly_run(
     """
     listed = tuple(actions)
     blocks = _blocks(plan, fault, listed)
-    return replace(_followed(run_id, plan.conditions, blocks, emit), actions=listed)
+    result = _followed(run_id, plan.conditions, blocks, emit, lambda: listed)
+    return replace(result, actions=listed)
 
 
 def _followed(
-    run_id: str, conditions: Conditions, flight: Iterator[tuple[Pair, float]], emit: Emit
+    run_id: str,
+    conditions: Conditions,
+    flight: Iterator[tuple[Pair, float]],
+    emit: Emit,
+    actions: Callable[[], tuple[Action, ...]],
 ) -> RunResult:
-    """What a flight comes to that goes on as it likes: blocks, and the share of it flown."""
+    """What a flight comes to that goes on as it likes: blocks, and the share of it flown.
+
+    ``actions`` gives what was done on the way, once it is over.
+    """
     # Here and not above: the server imports this module too, and has no use for torch or JSBSim.
+    from core.diagnosis.interventions import interventions
     from core.diagnosis.predict import load_diagnoser
     from core.report.case import open_case
     from core.report.grounded import grounded_template
@@ -102,7 +111,7 @@ def _followed(
             emit(Probabilities(run_id, float(time_s), probabilities))
         emit(Progress(run_id, "flying", FLOWN * progress))
     emit(Progress(run_id, "diagnosing", FLOWN))
-    diagnosis = stream.finish()
+    diagnosis = stream.finish(interventions(actions()))
     emit(Diagnosed(run_id, diagnosis))
     emit(Progress(run_id, "reporting", 0.95))
     report = grounded_template(open_case(diagnosis))
@@ -174,7 +183,9 @@ def live_task(key: str, run_id: str, plan: Plan, fault: Fault) -> RunResult | Fa
                 plan, fault, inbox, lambda done: line.emit(Acted(run_id, done)), line.stay
             )
             with closing(flight.blocks()) as blocks:
-                result = _followed(run_id, plan.conditions, blocks, line.emit)
+                result = _followed(
+                    run_id, plan.conditions, blocks, line.emit, lambda: flight.actions
+                )
             return replace(result, actions=in_order(flight.actions, plan))
 
     secede()
@@ -189,15 +200,20 @@ def fly_unseen_task(plan: Plan, fault: Fault) -> RunResult | Failed:
         return Failed("", str(error), retryable=False)
 
 
-def diagnose_task(pair: Pair, plan: Plan, residual: "Residual") -> Diagnosis | Failed:
+def diagnose_task(
+    pair: Pair, plan: Plan, residual: "Residual", known: tuple[Intervention, ...]
+) -> Diagnosis | Failed:
     """Diagnose a flown pair by one way to form residuals, as a Dask task.
+
+    ``known`` is what is known to have been done on the way.
 
     An error meant for the user comes back as a value, as in `fly_task`.
     """
     from core.diagnosis.predict import load_diagnoser
 
     try:
-        return load_diagnoser(residual, conditions=plan.conditions).diagnose(pair, plan)
+        diagnoser = load_diagnoser(residual, conditions=plan.conditions)
+        return diagnoser.diagnose(pair, plan, interventions=known)
     except MirrorTwinError as error:
         return Failed("", str(error), retryable=False)
 

@@ -7,6 +7,7 @@ from dash._utils import to_json
 
 from app.pages import live_controls
 from app.pages.live_controls import action_lines, action_list, asked_for, button_id, paced
+from app.pages.words import live_caution
 from core.errors import InputError
 from core.fmea.fault import Fault
 from core.twin.actions import Repair, SetFault, SetTarget
@@ -76,3 +77,22 @@ def test_what_was_done_is_told_in_the_order_of_time() -> None:
     assert action_list([]) is None
     many = to_json(action_list(action_lines(Fault(), [Repair(float(at)) for at in range(12)])))
     assert "and 4 before" in many
+
+
+@pytest.mark.parametrize(
+    ("actions", "now_s", "said"),
+    [
+        ((), 100.0, None),
+        ((SetFault(96.0, "engine_failure"),), 200.0, None),
+        ((SetFault(96.0, "engine_failure"), Repair(352.0)), 351.0, None),
+        ((SetFault(96.0, "engine_failure"), Repair(352.0)), 900.0, "Repaired at 05:52"),
+        ((Repair(352.0), SetFault(400.0, "baffle_crack")), 500.0, None),
+        ((SetTarget(398.0, altitude_ft=5000.0),), 420.0, "New targets at 06:38"),
+        ((SetTarget(398.0, altitude_ft=5000.0),), 600.0, None),
+    ],
+)
+def test_a_ranking_that_says_little_is_not_left_alone(actions, now_s, said):
+    """ux.md D4: a repaired engine was called broken, in full colour."""
+    caution = live_caution(actions, now_s)
+    assert (caution or "").startswith(said or "")
+    assert (caution is None) == (said is None)
