@@ -139,8 +139,10 @@ class Finding:
 
     @property
     def confirmed(self) -> tuple[ChannelCheck, ...]:
-        """The channels in which it must show and does."""
-        return tuple(check for check in self.predicted if check.verdict == "agrees")
+        """The channels in which it must show and does, by an amount that fits."""
+        return tuple(
+            check for check in self.predicted if check.verdict == "agrees" and not check.oversize
+        )
 
     @property
     def explains_all(self) -> bool:
