@@ -7,6 +7,7 @@ healthy field flights stray, the farther the longer they last (`core.residual.he
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,7 +61,7 @@ class _Course:
     ``band`` (n,) is what it must leave, ``sd`` (n,) what its values are counted in.
     """
 
-    values: Array
+    values: NDArray[np.floating[Any]]
     time_s: Array
     step_s: float
     band: Array
@@ -125,7 +126,7 @@ def find_field_evidence(
     shifts = means - means[onset - FIELD_MEAN_STEPS : onset].mean(axis=0)
     smooth = _trailing_means(shifts[onset - FIELD_MEAN_STEPS + 1 :])
     spread = change_sd(healthy.process(*air), FIELD_MEAN_STEPS, len(smooth))
-    time_s = departure.onset_s + np.arange(len(smooth)) * STEP_S
+    time_s: Array = departure.onset_s + STEP_S * np.arange(len(smooth), dtype=np.float64)
     found = [
         _channel_evidence(
             channel,

@@ -97,7 +97,8 @@ def steps(residual: Array32) -> Array:
     """Means over `STEP_S`, (n, 23) -> (n // 250, 23); what is left over is left out."""
     n = len(residual) // STEP_SAMPLES
     whole = residual[: n * STEP_SAMPLES].reshape(n, STEP_SAMPLES, residual.shape[1])
-    return whole.mean(axis=1, dtype=np.float64)
+    means: Array = whole.mean(axis=1, dtype=np.float64)
+    return means
 
 
 def gustiness(residual_steps: Array) -> float:
@@ -119,7 +120,8 @@ def _step_covariance(tau_s: float, n: int) -> Array:
     """Autocovariance (n,) of step means of a process of unit variance and that time constant."""
     step = STEP_S / tau_s
     lags = np.arange(n)
-    covariance = np.exp(-(np.maximum(lags, 1) - 1) * step) * ((1.0 - np.exp(-step)) / step) ** 2
+    share = (1.0 - np.exp(-step)) / step
+    covariance: Array = np.exp(-(np.maximum(lags, 1) - 1) * step) * share**2
     covariance[0] = 2.0 / step**2 * (step - 1.0 + np.exp(-step))
     return covariance
 
