@@ -30,5 +30,9 @@ class StoreError(MirrorTwinError):
     """The run store cannot be read or written."""
 
 
+class DiskFullError(StoreError):
+    """The run store cannot be written for lack of room: deleting something would help."""
+
+
 class WorkerError(MirrorTwinError):
     """A run did not finish: its worker died, was cancelled, or the scheduler is unreachable."""
