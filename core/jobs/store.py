@@ -148,7 +148,8 @@ class RunStore:
                 rows.forget(index, record.id)
                 rows.insert(index, record)
             for run_id, label in (labels or {}).items():
-                rows.insert_label(index, run_id, label)
+                if label != rows.NO_LABEL:
+                    rows.insert_label(index, run_id, label)
 
     def save_actions(self, run_id: str, actions: Iterable[Action]) -> None:
         """Keep what is done during a flight, in the place of what was kept before."""

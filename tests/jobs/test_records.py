@@ -47,7 +47,8 @@ def test_the_code_version_names_the_twin() -> None:
         ("created", "9999-12-31T23:59:59+00:00"), ("created", "0001-01-01T00:00:00+14:00"),
         ("created", "yesterday"), ("created", "2026-11-23T06:15:00"), ("created", 5),
         ("status", "lost"), ("status", None), ("top_probability", "0.5"),
-        ("top_probability", 2**70), ("top_probability", float("nan")), ("id", "x"), ("id", "\ud800"), ("unknown", 1),
+        ("top_probability", 2**70), ("top_probability", float("nan")),
+        ("id", "x"), ("id", "\ud800"), ("unknown", 1),
         ("plan", []), ("plan", {"speed_kt": 10**400}), ("fault", None), ("actions", 5),
     ],
 )  # fmt: skip

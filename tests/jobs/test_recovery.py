@@ -117,7 +117,6 @@ def test_what_a_damaged_index_still_says_of_runs_without_files_is_kept(
     """Runs that failed have no files; and what was written on runs was once in the index alone."""
     root, (first, *_, failed) = closed
     (root / "runs" / first.id / "label.json").unlink()
-    schema = "SELECT name, rootpage FROM sqlite_master"
     with sqlite3.connect(root / "index.sqlite") as index:
         pages = {
             row[0]: row[1] for row in index.execute("SELECT name, rootpage FROM sqlite_master")
