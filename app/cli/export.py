@@ -52,7 +52,7 @@ def run(args: argparse.Namespace) -> None:
         with whole_file(args.out) as temporary:
             temporary.write_text(text, encoding="ascii", newline="")
     elif args.format == "rrd":
-        from app.run_files import with_recording
+        from app.scenes.recordings import with_recording
 
         with_recording(store, args.name)
         with whole_file(args.out) as temporary:
