@@ -105,6 +105,9 @@ class RunStore:
             self.root.mkdir(parents=True, exist_ok=True)
         share, is_alone = _share(self.root)
         self._let_go = weakref.finalize(self, _close, share)
+        self._index: sqlite3.Connection
+        self._identity: tuple[int, int] | None
+        self.read_only_reason: str | None
         try:
             opened = self._open()
             self._recover(opened.set_aside, is_alone)
@@ -210,7 +213,7 @@ class RunStore:
         row is still there when this is broken off is deleted the next time.
         """
         with self._lock:
-            self._check_place()
+            self.check_place()
             for run_id in run_ids:
                 _remove_files(self.root, run_id)
             with self.writing() as index:
@@ -352,7 +355,7 @@ class RunStore:
         """What a SELECT of the index finds; for this package alone."""
         try:
             with self._lock:
-                self._check_place()
+                self.check_place()
                 return self._index.execute(query, values).fetchall()
         except sqlite3.Error as error:
             raise StoreError(f"cannot read the run index in {self.root}: {error}") from error
@@ -361,7 +364,7 @@ class RunStore:
     def writing(self) -> Iterator[sqlite3.Connection]:
         """A transaction of the index; for this package alone."""
         with self._lock:
-            self._check_place()
+            self.check_place()
             if self.read_only_reason is not None:
                 self._try_writable()
             try:
@@ -386,7 +389,7 @@ class RunStore:
         if self.read_only_reason is not None:
             raise _index_error(self.root, self.read_only_reason, is_full=opened.is_full)
 
-    def _check_place(self) -> None:
+    def check_place(self) -> None:
         """Raise `StoreError` if the open index is no longer the file at its path.
 
         What is written to a file that was removed is lost without a word.
