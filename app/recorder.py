@@ -77,6 +77,7 @@ class Recorder:
     def _keep(self, run_id: str, diagnosis: Diagnosis | None) -> None:
         record = self._store.get(run_id)
         pair = self._store.load_pair(run_id)
-        path = self._store.recording_path(run_id)
         fault = record.first_fault or Fault("nominal")
-        write_recording(path, pair, record.plan, fault, diagnosis)
+        self._store.save_recording(
+            run_id, lambda path: write_recording(path, pair, record.plan, fault, diagnosis)
+        )

@@ -9,6 +9,7 @@ Other sites' pages cannot send one: for this content type browsers ask first, an
 """
 
 import asyncio
+import logging
 import tempfile
 from pathlib import Path
 from typing import Annotated
@@ -19,13 +20,15 @@ from fastapi.responses import FileResponse, JSONResponse, PlainTextResponse
 from starlette.background import BackgroundTask
 from starlette.requests import ClientDisconnect
 
-from app.pages.words import flown_fault, run_title
-from app.scenes.recording import write_recording
+from app.pages.words import run_title, sentence
+from app.scenes.recordings import with_recording
 from core.errors import InputError, MirrorTwinError, StoreError
 from core.jobs.g1000_file import RATE_HZ, SIDES, g1000_csv, log_name
 from core.jobs.parcel import MAX_PACKED, MAX_RUNS, pack, unpack
 from core.jobs.records import RunRecord
 from core.jobs.store import RunStore
+
+logger = logging.getLogger(__name__)
 
 IMPORT_PATH = "/runs/import"
 EXPORT_PATH = "/runs/files"
@@ -44,16 +47,6 @@ def csv_path(run_id: str, side: str) -> str:
     return f"/runs/{run_id}/{side}.csv"
 
 
-def with_recording(store: RunStore, run_id: str) -> None:
-    """Make the run's recording if it has none, as a run flown elsewhere than here may."""
-    path = store.recording_path(run_id)
-    if path.exists() or store.read_only_reason is not None:
-        return
-    record = store.get(run_id)
-    diagnosis, _ = store.load_result(run_id)
-    write_recording(path, store.load_pair(run_id), record.plan, flown_fault(record), diagnosis)
-
-
 def export_runs(store: RunStore, run_ids: list[str], path: Path) -> None:
     """Pack runs with their recordings; raises `InputError` or `StoreError`."""
     for run_id in run_ids[:MAX_RUNS]:
@@ -66,7 +59,10 @@ def import_runs(store: RunStore, path: Path) -> list[RunRecord]:
     """Unpack runs, and record those that came without a recording."""
     records = unpack(store, path)
     for record in records:
-        with_recording(store, record.id)
+        try:
+            with_recording(store, record.id)
+        except MirrorTwinError as error:  # the runs are in; the recording is made when it is asked
+            logger.warning("no recording of run %s: %s", record.id, error)
     return records
 
 
@@ -160,7 +156,7 @@ def _said(error: MirrorTwinError) -> str:
     text = str(error)
     if isinstance(error, InputError) and error.field == "file":
         text = f"The file {error.problem}"
-    return f"{text[:1].upper()}{text[1:]}" + ("" if text.endswith(".") else ".")
+    return sentence(text)
 
 
 def _refusal(message: str, status: int) -> Response:

@@ -4,6 +4,7 @@ import asyncio
 import errno
 import gc
 import hashlib
+import logging
 import signal
 import socket
 import sys
@@ -32,8 +33,9 @@ from app.recorder import Recorder, warm_up
 from app.scenes.recordings import Recordings
 from app.scenes.viser_proxy import ViserScenes
 from app.security import BodyLimit, SecurityHeaders, content_security_policy
-from core.errors import InputError, WorkerError
+from core.errors import InputError, StoreError, WorkerError
 from core.jobs.engine import Engine
+from core.jobs.keeping import empty
 from core.jobs.store import RunStore, default_root
 from core.paths import ASSETS
 from core.teach.classroom import Classroom
@@ -61,6 +63,11 @@ _INDEX = f"""<!DOCTYPE html>
 </html>"""
 
 
+logger = logging.getLogger(__name__)
+
+EMPTY_EVERY_S = 600.0
+"""How often runs are looked for that were thrown away a day ago."""
+
 UNREAD_S = 30.0
 """A connection that takes nothing for so long is given up, with all that still waits for it."""
 
@@ -84,7 +91,9 @@ def create_app(
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
         warming = asyncio.create_task(asyncio.to_thread(warm_up))
+        emptying = asyncio.create_task(keep_emptying(store))
         yield
+        emptying.cancel()
         await warming
         await recorder.close()
         desk.close()
@@ -117,6 +126,16 @@ def create_app(
     server.add_middleware(TrustedHostMiddleware, allowed_hosts=names_of(host))
     server.add_middleware(SecurityHeaders, policy=policy, isolated=token is None)
     return server
+
+
+async def keep_emptying(store: RunStore, period_s: float = EMPTY_EVERY_S) -> None:
+    """Delete for good, now and ever again, what was thrown away long ago."""
+    while True:
+        try:
+            await asyncio.to_thread(empty, store)
+        except StoreError as error:
+            logger.warning("what was thrown away stays for now: %s", error)
+        await asyncio.sleep(period_s)
 
 
 def serve(

@@ -30,5 +30,13 @@ class StoreError(MirrorTwinError):
     """The run store cannot be read or written."""
 
 
+class NoSuchRunError(StoreError):
+    """The run store is as it should be, and has no run of that name."""
+
+
+class DiskFullError(StoreError):
+    """The run store cannot be written for lack of room: deleting something would help."""
+
+
 class WorkerError(MirrorTwinError):
     """A run did not finish: its worker died, was cancelled, or the scheduler is unreachable."""

@@ -1,12 +1,11 @@
 """``mirrortwin diagnose``: name the fault behind two logged flights."""
 
 import argparse
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from app.cli.output import note, print_json, stdout
-from core.errors import InputError
+from core.errors import InputError, StoreError
 
 if TYPE_CHECKING:
     from core.diagnosis.diagnosis import Diagnosis
@@ -67,17 +66,26 @@ def run(args: argparse.Namespace) -> None:
 def read_plan(folder: Path) -> "Plan | None":
     """What was commanded, from ``run.json``; None where that is not told. No more is read.
 
-    Raises `InputError` if it is a plan that cannot be flown.
+    Raises `InputError` if it is a plan that cannot be flown, or the file is damaged.
     """
+    from core.jobs.files import read_json
     from core.twin.actions import commanded, read_action
     from core.twin.plan import Plan
 
-    try:
-        values = json.loads((folder / "run.json").read_text(encoding="utf-8"))
-        plan, actions = values["plan"], list(values.get("actions", ()))
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+    if not (folder / "run.json").exists():
         return None
-    return commanded(Plan.from_dict(plan), map(read_action, actions))
+    try:
+        values = read_json(folder / "run.json")
+        if "plan" not in values:
+            return None
+        plan, actions = values["plan"], list(values.get("actions", ()))
+        return commanded(Plan.from_dict(plan), map(read_action, actions))
+    except StoreError as error:
+        raise InputError(
+            "DIR", f"{error}. Without it, lab conditions are assumed: remove it if that is right"
+        ) from None
+    except (TypeError, ValueError, AttributeError, OverflowError, KeyError):
+        raise InputError("DIR", f"{folder / 'run.json'} does not hold a plan") from None
 
 
 def read_pair(folder: Path, *, mirrored: bool = True) -> "Pair":
@@ -87,7 +95,10 @@ def read_pair(folder: Path, *, mirrored: bool = True) -> "Pair":
     """
     if not folder.is_dir():
         raise InputError("DIR", f"there is no folder {folder}")
-    from core.jobs.store import read_trajectory
+    import numpy as np
+
+    from core.jobs.files import read_trajectory
+    from core.jobs.foreign import check_flight, check_pages
     from core.twin.trajectory import Pair
 
     names = ("faulted.parquet", "mirror.parquet" if mirrored else "faulted.parquet")
@@ -97,12 +108,21 @@ def read_pair(folder: Path, *, mirrored: bool = True) -> "Pair":
             raise InputError(
                 "DIR", f"{folder} holds no {path.name}; `mirrortwin simulate` writes it"
             )
-    pair = Pair(*(read_trajectory(path) for path in paths))
+    flights = []
+    for path in dict.fromkeys(paths):
+        check_pages(path, ("",))
+        flights.append(read_trajectory(path))
+        check_flight(str(path), flights[-1])
+    pair = Pair(flights[0], flights[-1])
     if len(pair.faulted) != len(pair.mirror):
         raise InputError(
             "DIR",
             f"faulted.parquet has {len(pair.faulted)} samples and mirror.parquet "
             f"{len(pair.mirror)}: they are not of one flight",
+        )
+    if not np.array_equal(pair.faulted.time_s, pair.mirror.time_s):
+        raise InputError(
+            "DIR", "faulted.parquet and mirror.parquet have other times: they are not of one flight"
         )
     return pair
 

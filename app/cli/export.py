@@ -90,7 +90,8 @@ def _write_logs(store: "RunStore", args: argparse.Namespace, into_folder: bool) 
 
 def _write_whole(store: "RunStore", args: argparse.Namespace, into_folder: bool) -> Path:
     """Write the run as a zip, or its recording."""
-    from app.run_files import export_runs, with_recording
+    from app.run_files import export_runs
+    from app.scenes.recordings import with_recording
     from core.jobs.files import whole_file
 
     record = store.get(args.name)

@@ -30,6 +30,8 @@ from app.pages.services import Services
 from app.pages.setup import DEFAULT_FAULT
 from app.pages.shell import Address, read_address
 from app.pages.wiring import in_browser, show_error
+from app.pages.words import sentence
+from core.errors import StoreError
 from core.experiments.shelf import take
 
 logger = logging.getLogger(__name__)
@@ -83,7 +85,10 @@ def _register_address(app: Dash, services: Services) -> None:
         if address.kind == kind == "fly":
             return no_update, no_update, address.run_id, address.title
         services.sessions.get(session_id).clear()
-        page = await asyncio.to_thread(_page, address, services)
+        try:
+            page = await asyncio.to_thread(_page, address, services)
+        except StoreError as error:
+            page = missing.layout(sentence(str(error)))
         return page, address.kind, address.run_id, address.title
 
     in_browser(

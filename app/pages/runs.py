@@ -147,14 +147,20 @@ def _notice(gone: Sequence[str], imported: int) -> html.Div:
     )  # fmt: skip
 
 
-def gone_words(n: int) -> str:
-    """What was thrown away.
+def gone_words(n: int, *, for_good: bool = False) -> str:
+    """What was thrown away, and whether it can be had back.
 
     >>> gone_words(1)
-    '1 run deleted. It can be had back for a day.'
+    '1 run deleted. It can be had back for a day, or until a full disk needs its room.'
+    >>> gone_words(2, for_good=True)
+    '2 runs deleted for good: the disk was full.'
     """
-    what, they = (f"{n} runs", "They") if n > 1 else ("1 run", "It")
-    return f"{what} deleted. {they} can be had back for a day."
+    what, they, their = (f"{n} runs", "They", "their") if n > 1 else ("1 run", "It", "its")
+    if for_good:
+        return f"{what} deleted for good: the disk was full."
+    return f"{what} deleted. {they} can be had back for a day, or until a full disk needs " + (
+        f"{their} room."
+    )
 
 
 def _empty() -> html.Div:

@@ -2,6 +2,7 @@
 
 import asyncio
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any
 
 from dash import Dash, Input, Output, State, html, no_update
@@ -30,7 +31,7 @@ HIDDEN = {"display": "none"}
 
 def page(store: RunStore, imported: int = 0) -> html.Div:
     """The page as the store stands; what was thrown away a day ago is deleted for good."""
-    if store.read_only_reason is None:
+    with suppress(StoreError):  # a folder that cannot be written to
         empty(store)
     return runs.layout(store.records(), labels(store), discarded(store), imported)
 
@@ -145,11 +146,12 @@ def _register_bin(app: Dash, store: RunStore) -> None:
         if not clicks or not run_ids:
             raise PreventUpdate
         try:
-            await asyncio.to_thread(discard, store, run_ids)
+            kept = await asyncio.to_thread(discard, store, run_ids)
         except MirrorTwinError as error:
             return no_update, no_update, no_update, no_update, _said(error), no_update
         gone = [{"id": run_id} for run_id in run_ids]
-        return {"remove": gone}, runs.gone_words(len(run_ids)), run_ids, SHOWN, "", []
+        words = runs.gone_words(len(run_ids), for_good=not kept)
+        return {"remove": gone}, words, kept, SHOWN if kept else HIDDEN, "", []
 
     @app.callback(
         *changed,

@@ -12,8 +12,9 @@ from app.pages import tour
 from app.pages.attributes import attributes
 from app.pages.exhibits import EXHIBITS
 from app.pages.present import PRESENT_PREFIX
+from app.pages.words import sentence
 from app.panels.comparison import MAX_RUNS
-from core.errors import StoreError
+from core.errors import NoSuchRunError, StoreError
 from core.fmea.catalogue import catalogue
 from core.jobs.records import valid_run_id
 from core.jobs.store import RunStore
@@ -136,11 +137,13 @@ def _run_address(run_id: str, store: RunStore) -> Address:
         )
     try:
         store.get(run_id)
-    except StoreError:
+    except NoSuchRunError:
         return Address(
             "missing",
             problem=f"There is no run {run_id} in this store. It may belong to another server.",
         )
+    except StoreError as error:
+        return Address("missing", problem=sentence(str(error)))
     return Address("fly", run_id)
 
 

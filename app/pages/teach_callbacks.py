@@ -11,7 +11,7 @@ from dash.exceptions import PreventUpdate
 from app.pages import teach, teach_reveal, teach_start
 from app.pages.wiring import in_browser
 from app.panels.mystery import mystery_flight, shown_marks
-from app.scenes.recording import write_recording
+from app.scenes.recordings import with_recording
 from core.errors import InputError, MirrorTwinError
 from core.jobs.store import RunStore
 from core.teach.attempt import Attempt
@@ -190,10 +190,7 @@ async def _ended(
 def _record(store: RunStore, run_id: str) -> None:
     """Write the recording that a run flown in the open would have."""
     try:
-        record = store.get(run_id)
-        diagnosis, _ = store.load_result(run_id)
-        pair = store.load_pair(run_id)
-        write_recording(store.recording_path(run_id), pair, record.plan, record.fault, diagnosis)
+        with_recording(store, run_id)
     except MirrorTwinError as error:
         logger.warning("no recording of run %s: %s", run_id, error)
 

@@ -58,6 +58,15 @@ def run_title(record: RunRecord) -> str:
     return f"{mode_name(fault.mode)}{where}, severity {fault.severity:.2f}"
 
 
+def sentence(text: str) -> str:
+    """A message as a sentence.
+
+    >>> sentence("cannot write there")
+    'Cannot write there.'
+    """
+    return f"{text[:1].upper()}{text[1:]}" + ("" if text.endswith(".") else ".")
+
+
 def short_titles(records: Sequence[RunRecord]) -> list[str]:
     """Of each run the shortest title that tells it from the others."""
     modes = [flown_fault(record).mode for record in records]

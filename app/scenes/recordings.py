@@ -5,6 +5,7 @@ run id in the address is what opens it, as it opens the run's page.
 """
 
 import asyncio
+import logging
 import threading
 import time
 from collections.abc import AsyncIterator
@@ -19,14 +20,16 @@ from app.scenes.geometry import Poses
 from app.scenes.recording import RunLog, write_recording
 from app.scenes.rerun_viewer import ANY_ORIGIN
 from core.diagnosis.diagnosis import Diagnosis
-from core.errors import StoreError
+from core.errors import MirrorTwinError, NoSuchRunError
 from core.fmea.fault import Fault
 from core.jobs.events import Samples
 from core.jobs.records import valid_run_id
 from core.jobs.store import RunStore
 from core.twin.plan import Plan
 
-__all__ = ["Recording", "Recordings", "write_recording"]
+__all__ = ["Recording", "Recordings", "with_recording", "write_recording"]
+
+logger = logging.getLogger(__name__)
 
 _MEDIA_TYPE = "application/octet-stream"
 _HEADERS = {**ANY_ORIGIN, "Cache-Control": "no-cache"}
@@ -152,6 +155,25 @@ class Recording:
         self._flushed_at = time.monotonic()
 
 
+def with_recording(store: RunStore, run_id: str) -> bool:
+    """Make the run's recording if it has none, as a run flown elsewhere than here may.
+
+    One that is not as it was written is made again: it shows no more than the run's other files.
+    Returns whether there is one now; raises `StoreError`.
+    """
+    if store.has_recording(run_id):
+        return True
+    record = store.get(run_id)
+    if store.read_only_reason is not None or record.status != "done":
+        return False
+    diagnosis, _ = store.load_result(run_id)
+    pair, fault = store.load_pair(run_id), record.first_fault or Fault("nominal")
+    store.save_recording(
+        run_id, lambda path: write_recording(path, pair, record.plan, fault, diagnosis)
+    )
+    return True
+
+
 class Recordings:
     """The recordings of a run store: the live ones, and those in its files."""
 
@@ -179,23 +201,25 @@ class Recordings:
         @app.api_route("/recordings/{run_id}.rrd", methods=["GET", "HEAD"], include_in_schema=False)
         async def recording(run_id: str, request: Request) -> Response:
             live = self._live.get(run_id)
-            path = None
+            path, problem = None, ""
             if live is None or live.finished:
-                path = await asyncio.to_thread(self._stored, run_id)
+                path, problem = await asyncio.to_thread(self._stored, run_id)
             if path is not None:
                 return FileResponse(path, media_type=_MEDIA_TYPE, headers=_HEADERS)
             if live is None:
-                return Response("No such recording.", 404, ANY_ORIGIN, "text/plain")
+                return Response(problem, 404, ANY_ORIGIN, "text/plain")
             if request.method == "HEAD":
                 return Response(media_type=_MEDIA_TYPE, headers=_HEADERS)
             return StreamingResponse(live.stream(), media_type=_MEDIA_TYPE, headers=_HEADERS)
 
-    def _stored(self, run_id: str) -> Path | None:
-        """The run's file, if it has one."""
-        if not valid_run_id(run_id):
-            return None
+    def _stored(self, run_id: str) -> tuple[Path | None, str]:
+        """The run's file, made again if it was lost or damaged; else why there is none."""
         try:
-            path = self._store.recording_path(run_id)
-        except StoreError:
-            return None
-        return path if path.is_file() else None
+            if valid_run_id(run_id) and with_recording(self._store, run_id):
+                return self._store.recording_path(run_id), ""
+        except NoSuchRunError:
+            pass
+        except MirrorTwinError as error:
+            logger.warning("no recording of run %s: %s", run_id, error)
+            return None, f"No recording: {error}"
+        return None, "No such recording."

@@ -2,29 +2,53 @@
 
 Channels are kept as the float32 and states as the float64 that they are, so what is read back
 equals what was written, bit for bit; byte-stream split with zstd makes that cheap. The same
-flight always gives the same bytes.
+flight always gives the same bytes. Every page carries a checksum, which is verified when it is
+read; files of earlier versions have none.
+
+A file may come from anywhere: nothing of it is read before its columns, their types and its size
+are those of a flight. Whether the values can be those of a flight: `core.jobs.foreign`.
 """
 
+import errno
+import hashlib
 import json
 import os
+import re
 import secrets
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 import pyarrow as pa  # type: ignore[import-untyped]  # pyarrow ships no types
 import pyarrow.parquet as pq  # type: ignore[import-untyped]  # pyarrow ships no types
 
 from core.channels import CHANNEL_NAMES, CHANNELS
-from core.errors import StoreError
+from core.errors import DiskFullError, StoreError
+from core.twin.plan import DT_S, PLAN_RANGES
 from core.twin.trajectory import STATE_NAMES, Pair, Trajectory
 
 ROWS_TOGETHER = 30_000
 """Samples of a file that are read together: 10 min, so that a part of a long flight is quick."""
 
+MAX_SAMPLES = round(PLAN_RANGES["duration_s"][1] / DT_S) + 1
+"""The longest flight that can be planned."""
+
+MAX_JSON = 64 << 20
+"""The largest JSON file that is read [bytes]; a run of 2 h has some 2 MB."""
+
+MAX_FOOTER = 4 << 20
+"""The largest Parquet footer that is read [bytes]; a run of 2 h has some 0.3 MB."""
+
+SUM_SUFFIX = ".sha256"
+
+SIDES = ("faulted.", "mirror.")
+"""What the columns of each flight of a pair begin with."""
+
 _UNITS = {channel.name: channel.unit for channel in CHANNELS}
+_TEMPORARY = re.compile(r"\..+\.[0-9a-f]{8}\.tmp")
+_FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
 @contextmanager
@@ -47,10 +71,20 @@ def whole_file(path: Path) -> Iterator[Path]:
             temporary.unlink(missing_ok=True)
 
 
+def is_temporary(name: str) -> bool:
+    """Whether `whole_file` gives such names: who finds one later knows that its writer died.
+
+    >>> is_temporary(".run.parquet.0f3a77b2.tmp"), is_temporary("run.parquet")
+    (True, False)
+    """
+    return _TEMPORARY.fullmatch(name) is not None
+
+
 def write_error(folder: Path, error: OSError) -> StoreError:
     """The `StoreError` for a folder that cannot be written to: what is wrong and what to do."""
     reason = error.strerror or str(error)
-    return StoreError(
+    kind = DiskFullError if error.errno in _FULL else StoreError
+    return kind(
         f"cannot write to {folder}: {reason}. Nothing stored was changed. "
         "Free space or allow writing there, or choose another folder and try again."
     )
@@ -65,12 +99,56 @@ def write_json(path: Path, values: dict[str, Any]) -> None:
 def read_json(path: Path) -> dict[str, Any]:
     """Read what `write_json` wrote; raises `StoreError` if it is not there or not JSON."""
     try:
+        if (size := path.stat().st_size) > MAX_JSON:
+            raise StoreError(f"{path} has {size >> 20} MB: more than any that MirrorTwin writes")
         values: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise StoreError(f"cannot read {path}: {error.strerror}") from error
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise StoreError(f"{path} is damaged: {error}") from error
+    if not isinstance(values, dict):
+        raise StoreError(f"{path} is damaged: it holds no table of values")
     return values
+
+
+def sealed(values: dict[str, Any]) -> dict[str, Any]:
+    """The values with a checksum of theirs, for `check_seal` to find what a bit has changed in."""
+    rest = {name: value for name, value in values.items() if name != "sha256"}
+    text = json.dumps(rest, separators=(",", ":"), sort_keys=True)
+    return rest | {"sha256": hashlib.sha256(text.encode()).hexdigest()}
+
+
+def check_seal(path: Path, values: dict[str, Any]) -> None:
+    """Raise `StoreError` if values read from ``path`` are not those that were `sealed`.
+
+    Values without a seal, of an earlier version, pass.
+    """
+    if "sha256" in values and sealed(values)["sha256"] != values["sha256"]:
+        raise StoreError(f"{path} is damaged (checksum); fly it again")
+
+
+def write_sum(path: Path) -> None:
+    """Keep a file's checksum beside it, as ``sha256sum -c`` reads it; raises `StoreError`."""
+    beside = path.with_name(path.name + SUM_SUFFIX)
+    with whole_file(beside) as temporary:
+        temporary.write_text(f"{file_sum(path)}  {path.name}\n", encoding="utf-8")
+
+
+def has_its_sum(path: Path) -> bool:
+    """Whether a file is as it was when `write_sum` was called; so is one of an earlier version."""
+    beside = path.with_name(path.name + SUM_SUFFIX)
+    try:
+        return beside.read_text(encoding="utf-8").split()[:1] == [file_sum(path)]
+    except FileNotFoundError:
+        return path.exists()
+    except (OSError, UnicodeDecodeError):
+        return False
+
+
+def file_sum(path: Path) -> str:
+    """The SHA-256 of a file; may raise `OSError`."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def write_trajectory(path: Path, trajectory: Trajectory) -> None:
@@ -80,7 +158,8 @@ def write_trajectory(path: Path, trajectory: Trajectory) -> None:
 
 def read_trajectory(path: Path) -> Trajectory:
     """Read what `write_trajectory` wrote; raises `StoreError` for anything else."""
-    return _flight(path, _read_table(path), "")
+    with opened(path, ("",)) as file:
+        return _flight(path, file.read(list(column_types(("",)))), "")
 
 
 def write_pair(path: Path, pair: Pair) -> None:
@@ -93,13 +172,15 @@ def write_pair(path: Path, pair: Pair) -> None:
 
 def read_pair(path: Path) -> Pair:
     """Read what `write_pair` wrote; raises `StoreError` for anything else."""
-    table = _read_table(path)
-    return Pair(_flight(path, table, "faulted."), _flight(path, table, "mirror."))
+    with opened(path) as file:
+        table = file.read(list(column_types(SIDES)))
+        return Pair(*(_flight(path, table, side) for side in SIDES))
 
 
 def read_columns(path: Path, names: Sequence[str]) -> dict[str, np.ndarray]:
     """Some columns (n,) of a flight's file, without reading the rest; raises `StoreError`."""
-    table = _read_table(path, list(names))
+    with opened(path) as file:
+        table = file.read(list(names))
     try:
         return {name: np.array(_values(table, name)) for name in names}
     except KeyError as error:
@@ -113,27 +194,27 @@ def read_channels(
 
     Reads little more of the file than that; raises `StoreError`.
     """
-    sides = ("faulted.", "mirror.")
-    names = ["time_s", *(side + name for side in sides for name in CHANNEL_NAMES)]
-    with _opened(path) as file:
-        spans = [file.metadata.row_group(place).column(0).statistics for place in
-                 range(file.metadata.num_row_groups)]  # fmt: skip
-        groups = [
-            place
-            for place, span in enumerate(spans)
-            if span is None or (span.max >= from_s and span.min <= to_s)
+    names = [side + name for side in SIDES for name in CHANNEL_NAMES]
+    with opened(path) as file:
+        # The times themselves, not what the footer says of them: that has no checksum.
+        time_s = np.array(_values(file.read(["time_s"]), "time_s"))
+        sizes = [
+            file.metadata.row_group(place).num_rows for place in range(file.metadata.num_row_groups)
         ]
-        table = file.read_row_groups(groups, names)
+        ends = np.cumsum(sizes)
+        first, last = np.searchsorted(time_s, [from_s, np.nextafter(to_s, np.inf)])
+        groups = np.flatnonzero((ends > first) & (ends - sizes < last))
+        before = int((ends - sizes)[groups[0]]) if len(groups) else 0
+        table = file.read_row_groups(groups.tolist(), names)
     try:
-        time_s = np.array(_values(table, "time_s"))
-        rows = slice(*np.searchsorted(time_s, [from_s, np.nextafter(to_s, np.inf)]))
+        rows = slice(first - before, last - before)
         faulted, mirror = (
             np.stack([_values(table, side + name)[rows] for name in CHANNEL_NAMES], axis=1)
-            for side in sides
+            for side in SIDES
         )
     except (KeyError, TypeError, pa.ArrowException) as error:
         raise StoreError(f"{path} is not a flight of this version: {error}") from error
-    return time_s[rows], faulted, mirror
+    return time_s[first:last], faulted, mirror
 
 
 def _write_columns(path: Path, time_s: np.ndarray, flights: dict[str, Trajectory]) -> None:
@@ -156,6 +237,7 @@ def _write_columns(path: Path, time_s: np.ndarray, flights: dict[str, Trajectory
             use_dictionary=False,
             use_byte_stream_split=True,
             row_group_size=ROWS_TOGETHER,
+            write_page_checksum=True,
         )
 
 
@@ -171,21 +253,85 @@ def _values(table: pa.Table, name: str) -> np.ndarray:
     return values
 
 
-def _read_table(path: Path, columns: list[str] | None = None) -> pa.Table:
-    with _opened(path) as file:
-        return file.read(columns)
-
-
 @contextmanager
-def _opened(path: Path) -> Iterator[pq.ParquetFile]:
+def opened(path: Path, sides: tuple[str, ...] = SIDES) -> Iterator[pq.ParquetFile]:
+    """A flight's file, once it is known to be one and of bounded size."""
     try:
-        with pq.ParquetFile(path, memory_map=True) as file:
+        _check_footer(path)
+        with pq.ParquetFile(path, memory_map=True, page_checksum_verification=True) as file:
+            check_layout(path, file, sides)
             yield file
     except OSError as error:
-        reason = os.strerror(error.errno) if error.errno else str(error)
-        raise StoreError(f"cannot read {path}: {reason}") from error
-    except pa.ArrowException as error:
-        raise StoreError(f"{path} is not a flight: {error}") from error
+        if "CRC checksum" in str(error):
+            raise StoreError(f"{path} is damaged (checksum); fly it again") from error
+        if error.errno is None:  # Arrow's word for what it cannot decode
+            raise StoreError(f"{path} is damaged: {_first_line(error)}; fly it again") from error
+        raise StoreError(f"cannot read {path}: {os.strerror(error.errno)}") from error
+    except (pa.ArrowException, UnicodeDecodeError) as error:
+        raise StoreError(f"{path} is not a flight, or damaged: {_first_line(error)}") from error
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).partition("\n")[0][:200]
+
+
+def _check_footer(path: Path) -> None:
+    """Raise `StoreError` for a footer that alone would fill the memory, before it is parsed."""
+    with path.open("rb") as file:
+        size = file.seek(0, os.SEEK_END)
+        file.seek(max(0, size - 8))
+        footer = int.from_bytes(file.read(4), "little")
+    if size >= 8 and MAX_FOOTER < footer < size:
+        raise StoreError(f"{path} is not a flight: it describes more than a flight has")
+
+
+def column_types(sides: tuple[str, ...] = SIDES) -> dict[str, pa.DataType]:
+    """The columns of a flight's file: nothing else is one. ``sides``: ("",) for a single flight."""
+    return {"time_s": pa.float64()} | {
+        side + name: kind
+        for side in sides
+        for names, kind in ((STATE_NAMES, pa.float64()), (CHANNEL_NAMES, pa.float32()))
+        for name in names
+    }
+
+
+def check_layout(path: Path, file: pq.ParquetFile, sides: tuple[str, ...]) -> None:
+    """Raise `StoreError` unless columns, types, rows and announced sizes are those of a flight."""
+    expected, schema = column_types(sides), file.schema_arrow
+
+    def refuse(problem: str) -> NoReturn:
+        raise StoreError(f"{path} is not a flight of this version: it {problem}")
+
+    if missing := [name for name in expected if name not in schema.names]:
+        refuse(f"has no column {missing[0]!r}{_and_more(missing)}")
+    if odd := [name for name in schema.names if name not in expected]:
+        refuse(f"has a column {odd[0]!r:.60} that no flight has{_and_more(odd)}")
+    if len(schema.names) != len(expected) or len(file.schema) != len(expected):
+        refuse("has a column twice")
+    for name, kind in expected.items():
+        if (found := schema.field(name).type) != kind:
+            refuse(f"has {str(found)[:60]} in column {name!r}, which must be {kind}")
+    n = file.metadata.num_rows
+    if not 1 <= n <= MAX_SAMPLES:
+        refuse(f"has {n} samples; a flight has 1 to {MAX_SAMPLES}")
+    groups = [file.metadata.row_group(place) for place in range(file.metadata.num_row_groups)]
+    if sum(group.num_rows for group in groups) != n or any(g.num_rows < 1 for g in groups):
+        refuse("has other samples than it says")
+    for group in groups:
+        for place in range(group.num_columns):
+            chunk = group.column(place)
+            if chunk.total_uncompressed_size > most_bytes(group.num_rows):
+                refuse(f"has {chunk.total_uncompressed_size} bytes in column "
+                       f"{chunk.path_in_schema!r:.60} for {group.num_rows} samples")  # fmt: skip
+
+
+def most_bytes(n: int) -> int:
+    """The most that ``n`` values of a column can take: as they are and, at worst, numbered too."""
+    return 2 * 8 * n + (16 << 10)
+
+
+def _and_more(names: Sequence[str]) -> str:
+    return f" (and {len(names) - 1} more)" if len(names) > 1 else ""
 
 
 def _flight(path: Path, table: pa.Table, prefix: str) -> Trajectory:

@@ -1,18 +1,22 @@
 """What people write on runs, and the runs that they throw away.
 
-A run thrown away is gone from every list and address at once. For a day it can be had back, whole;
-then its row and its files are deleted.
+A run thrown away is gone from every list and address at once. For a day it can be had back, whole,
+unless its room is needed on a full disk; then its row and its files are deleted.
 """
 
 import json
-import shutil
+import logging
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 
-from core.errors import InputError
+from core.errors import DiskFullError, InputError, StoreError
 from core.jobs.records import UNFINISHED, valid_run_id
+from core.jobs.recovery import write_label_file
 from core.jobs.store import RunStore
+
+logger = logging.getLogger(__name__)
 
 MAX_TAGS = 12
 MAX_TAG = 32
@@ -58,7 +62,13 @@ def read_tags(text: str) -> tuple[str, ...]:
 def labels(store: RunStore) -> dict[str, Label]:
     """What is written on each run that has something written on it; raises `StoreError`."""
     rows = store.query("SELECT run, tags, note FROM labels WHERE discarded IS NULL")
-    return {row["run"]: Label(tuple(json.loads(row["tags"])), row["note"]) for row in rows}
+    found = {}
+    for row in rows:
+        try:
+            found[row["run"]] = Label(tuple(json.loads(row["tags"])), row["note"])
+        except (InputError, ValueError, TypeError) as error:
+            logger.warning("what is written on run %s cannot be read: %s", row["run"], error)
+    return found
 
 
 def label_of(store: RunStore, run_id: str) -> Label:
@@ -69,26 +79,43 @@ def label_of(store: RunStore, run_id: str) -> Label:
 def write_label(store: RunStore, run_id: str, label: Label) -> None:
     """Write it on a run, in the place of what was there; raises `StoreError`."""
     store.get(run_id)
-    with store.writing() as index:
-        index.execute(
-            "INSERT INTO labels (run, tags, note) VALUES (?, ?, ?) "
-            "ON CONFLICT (run) DO UPDATE SET tags = excluded.tags, note = excluded.note",
-            (run_id, json.dumps(label.tags), label.note),
-        )
+    store.save_label(run_id, {"tags": json.dumps(label.tags), "note": label.note})
 
 
-def discard(store: RunStore, run_ids: Sequence[str]) -> None:
-    """Throw runs away, all or none. Raises `InputError` if one is being flown, or `StoreError`."""
+def discard(store: RunStore, run_ids: Sequence[str]) -> list[str]:
+    """Throw runs away, all or none; returns those that can be had back.
+
+    That is all of them, but on a full disk none: then there is no room to note it before there is
+    the room that they took. Raises `InputError` if one is being flown, or `StoreError`.
+    """
     for run_id in run_ids:
         if store.get(run_id).status in UNFINISHED:
             raise InputError("run", f"{run_id} is still being flown; cancel it first")
     now = datetime.now(UTC).isoformat()
-    with store.writing() as index:
-        index.executemany(
-            "INSERT INTO labels (run, discarded) VALUES (?, ?) "
-            "ON CONFLICT (run) DO UPDATE SET discarded = excluded.discarded",
-            [(run_id, now) for run_id in run_ids],
-        )
+
+    def mark() -> None:
+        with store.writing() as index:
+            index.executemany(
+                "INSERT INTO labels (run, discarded) VALUES (?, ?) "
+                "ON CONFLICT (run) DO UPDATE SET discarded = excluded.discarded",
+                [(run_id, now) for run_id in run_ids],
+            )
+
+    try:
+        store.with_room(mark)
+    except DiskFullError:
+        delete(store, run_ids)
+        return []
+    with suppress(StoreError):  # at worst they come back with an index that is made again
+        _note_beside(store, run_ids)
+    return list(run_ids)
+
+
+def _note_beside(store: RunStore, run_ids: Iterable[str], **changes: object) -> None:
+    """Keep beside the runs what the index says of them, but for ``changes``."""
+    for run_id in run_ids:
+        for row in store.query("SELECT tags, note, discarded FROM labels WHERE run = ?", run_id):
+            write_label_file(store.root / "runs" / run_id, dict(row) | changes)
 
 
 def discarded(store: RunStore) -> list[str]:
@@ -99,6 +126,10 @@ def discarded(store: RunStore) -> list[str]:
 
 def restore(store: RunStore, run_ids: Iterable[str]) -> list[str]:
     """Have runs back, with all that was written on them; returns those that there still were."""
+    known = set(discarded(store))
+    run_ids = [run_id for run_id in run_ids if run_id in known]
+    # First: a run that is noted as thrown away would not outlive an index that is made again.
+    _note_beside(store, run_ids, discarded=None)
     with store.writing() as index:
         return [
             run_id
@@ -113,25 +144,13 @@ def restore(store: RunStore, run_ids: Iterable[str]) -> list[str]:
 
 def empty(store: RunStore, older_than: timedelta = KEPT_FOR) -> list[str]:
     """Delete for good what was thrown away that long ago; returns it. Raises `StoreError`."""
-    before = (datetime.now(UTC) - older_than).isoformat()
-    found = store.query("SELECT run FROM labels WHERE discarded <= ?", before)
-    run_ids = [row["run"] for row in found]
-    delete(store, run_ids)
-    return run_ids
+    return store.purge((datetime.now(UTC) - older_than).isoformat())
 
 
 def delete(store: RunStore, run_ids: Sequence[str]) -> None:
-    """Delete runs for good, row, label and files; raises `StoreError`."""
-    run_ids = [run_id for run_id in run_ids if valid_run_id(run_id)]
-    if not run_ids:
-        return
-    with store.writing() as index:
-        for run_id in run_ids:
-            index.execute("DELETE FROM runs WHERE id = ?", (run_id,))
-            index.execute("DELETE FROM labels WHERE run = ?", (run_id,))
-            index.execute("DELETE FROM actions WHERE run = ?", (run_id,))
-    for run_id in run_ids:  # after the rows: a folder without a row harms nobody
-        shutil.rmtree(store.root / "runs" / run_id, ignore_errors=True)
+    """Delete runs for good, files, row and label; raises `StoreError`."""
+    if named := [run_id for run_id in run_ids if valid_run_id(run_id)]:
+        store.delete(named)
 
 
 def _plain(tag: str) -> str:

@@ -13,29 +13,30 @@ read, and a run is entered only when every part of it can be read as what it sho
 
 import hashlib
 import json
+import shutil
 import struct
 import tempfile
 import threading
 import zipfile
 import zlib
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any
+from typing import IO, Any, TypeVar
 
 import numpy as np
-import pyarrow as pa  # type: ignore[import-untyped]  # pyarrow ships no types
-import pyarrow.parquet as pq  # type: ignore[import-untyped]  # pyarrow ships no types
 
-from core.errors import InputError, MirrorTwinError, StoreError
-from core.jobs.files import read_json, read_pair, whole_file, write_error
-from core.jobs.keeping import Label, delete, label_of, write_label
+from core.errors import InputError, StoreError
+from core.jobs.files import check_seal, read_json, read_pair, whole_file, write_error, write_sum
+from core.jobs.foreign import check_flight, check_pages
+from core.jobs.keeping import Label, label_of
 from core.jobs.records import RunRecord, read_record, valid_run_id
+from core.jobs.recovery import IMPORT_PREFIX, read_label_file, write_label_file
+from core.jobs.rows import NO_LABEL
 from core.jobs.store import RunStore, read_result
 from core.report.export import Exported, to_markdown
 from core.report.stored import report_file, stored_report
-from core.twin.plan import DT_S
 
 FORMAT = "mirrortwin-runs"
 VERSION = 1
@@ -54,6 +55,7 @@ _BLOCK = 1 << 20
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 _END = struct.Struct("<4s4H2LH")
 _FIELD = "file"
+_Made = TypeVar("_Made")
 _one_at_a_time = threading.Lock()
 
 
@@ -119,8 +121,11 @@ def unpack(store: RunStore, path: Path) -> list[RunRecord]:
         if here:
             raise InputError(_FIELD, f"holds run {here[0]}, which is in this store already")
         with _workplace(store) as workplace:
-            found = [_unpacked(parcel, item, workplace / item.run_id) for item in offered.values()]
-            _enter(store, found, workplace, offered)
+            items = offered.values()
+            found = _with_room(
+                store, lambda: [_unpacked(parcel, item, workplace / item.run_id) for item in items]
+            )
+            _with_room(store, lambda: _enter(store, found, workplace))
     return found
 
 
@@ -177,7 +182,9 @@ def _check_directory(file: IO[bytes]) -> None:
 
 
 def _check_entries(entries: Sequence[zipfile.ZipInfo]) -> None:
-    names = [entry.filename for entry in entries]
+    if len(entries) > MAX_RUNS * len((*FILES, *REPORTS)) + 1:
+        raise InputError(_FIELD, "lists more files than an export has")
+    names: set[str] = set()
     for entry in entries:
         folder, _, name = entry.filename.rpartition("/")
         known = name in (*FILES, *REPORTS) and valid_run_id(folder)
@@ -185,8 +192,9 @@ def _check_entries(entries: Sequence[zipfile.ZipInfo]) -> None:
             raise InputError(
                 _FIELD, f"holds {entry.filename!r:.80}, which no export of MirrorTwin does"
             )
-        if names.count(entry.filename) > 1:
+        if entry.filename in names:
             raise InputError(_FIELD, f"holds {entry.filename} twice")
+        names.add(entry.filename)
         if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
             raise InputError(_FIELD, f"packs {entry.filename} in a way that exports do not")
         if name.endswith((".json", ".md", ".html")) and entry.file_size > MAX_TEXT:
@@ -212,6 +220,10 @@ def _manifest(parcel: zipfile.ZipFile) -> dict[str, _Offered]:
         complete = all({"run.json", "run.parquet"} <= item.sums.keys() for item in offered.values())
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         raise InputError(_FIELD, f"has a {MANIFEST} that cannot be read") from None
+    except InputError as error:
+        if error.field == _FIELD:
+            raise
+        raise InputError(_FIELD, f"has a {MANIFEST} with bad {error}") from None
     if not 0 < len(offered) <= MAX_RUNS:
         raise InputError(_FIELD, f"must hold 1 to {MAX_RUNS} runs, got {len(offered)}")
     listed = {f"{item.run_id}/{name}" for item in offered.values() for name in item.sums}
@@ -224,14 +236,27 @@ def _manifest(parcel: zipfile.ZipFile) -> dict[str, _Offered]:
 def _workplace(store: RunStore) -> Iterator[Path]:
     """A folder beside the runs, gone in the end."""
     try:
-        with tempfile.TemporaryDirectory(prefix=".import-", dir=store.root / "runs") as folder:
+        with tempfile.TemporaryDirectory(prefix=IMPORT_PREFIX, dir=store.root / "runs") as folder:
             yield Path(folder)
     except OSError as error:
         raise write_error(store.root, error) from error
 
 
+def _with_room(store: RunStore, act: Callable[[], _Made]) -> _Made:
+    """What ``act`` returns, with a full disk as the error that `RunStore.with_room` knows."""
+
+    def told() -> _Made:
+        try:
+            return act()
+        except OSError as error:
+            raise write_error(store.root, error) from error
+
+    return store.with_room(told)
+
+
 def _unpacked(parcel: zipfile.ZipFile, offered: _Offered, folder: Path) -> RunRecord:
     """Write a run's files to ``folder``, read each of them, and return the run's record."""
+    shutil.rmtree(folder, ignore_errors=True)  # of a first try that the disk had no room for
     folder.mkdir()
     for name in FILES:
         if name not in offered.sums:
@@ -245,36 +270,49 @@ def _unpacked(parcel: zipfile.ZipFile, offered: _Offered, folder: Path) -> RunRe
         if digest.hexdigest() != offered.sums[name]:
             raise InputError(_FIELD, f"holds a {entry} that was changed: its checksum is wrong")
     try:
-        return _checked(offered.run_id, folder)
+        record = _checked(offered.run_id, folder)
     except InputError as error:
         raise InputError(_FIELD, f"holds a run {offered.run_id} with a bad {error}") from None
     except StoreError as error:
         reason = str(error).replace(f"{folder}/", "")
         raise InputError(_FIELD, f"holds a run {offered.run_id} of which {reason}") from None
+    if (folder / "run.rrd").exists():
+        write_sum(folder / "run.rrd")
+    write_label_file(folder, {**NO_LABEL, "tags": json.dumps(offered.label.tags),
+                              "note": offered.label.note})  # fmt: skip
+    return record
 
 
 def _checked(run_id: str, folder: Path) -> RunRecord:
     """The record of a run whose files are all what they should be; raises a `MirrorTwinError`."""
     path = folder / "run.json"
+    values = read_json(path)
     try:
-        record = read_record(read_json(path)["record"])
+        # What JSON can hold and no file, index or page of ours: half characters, not-a-numbers.
+        json.dumps(values, ensure_ascii=False, allow_nan=False).encode()
+        check_seal(path, values)
+        record = read_record(values["record"])
         diagnosis, report = read_result(path)
-    except (KeyError, TypeError, AttributeError, IndexError, RecursionError):
+    except ValueError:
+        raise InputError(path.name, "holds text or numbers that cannot be kept") from None
+    except (KeyError, TypeError, AttributeError, IndexError, RecursionError, OverflowError):
         raise InputError(path.name, "is not the record of a run") from None
     if record.id != run_id or record.status != "done":
         raise InputError(path.name, f"tells of {record.id}, {record.status}")
     if record.top != diagnosis.top or not np.isfinite(diagnosis.probabilities).all():
         raise InputError(path.name, "gives another verdict than its diagnosis")
-    _check_length(folder / "run.parquet", record.plan.duration_s)
-    pair = read_pair(folder / "run.parquet")
+    parquet = folder / "run.parquet"
+    check_pages(parquet)
+    pair = read_pair(parquet)
+    if not 1 <= len(pair.mirror) <= record.plan.n_steps:
+        raise InputError(parquet.name, f"has {len(pair.mirror)} samples, and its plan is "
+                         f"{record.plan.duration_s:g} s long")  # fmt: skip
     for flight in (pair.faulted, pair.mirror):
-        if not (np.isfinite(flight.states).all() and np.isfinite(flight.channels).all()):
-            raise InputError("run.parquet", "holds values that are not finite")
-    if not np.all(np.diff(pair.mirror.time_s) > 0.0):
-        raise InputError("run.parquet", "runs back in time")
+        check_flight(parquet.name, flight)
     try:
-        to_markdown(Exported({}, diagnosis, report, pair))  # whatever is wrong in it comes out here
-    except (KeyError, TypeError, ValueError, AttributeError, IndexError):
+        # Whatever is wrong in it comes out here.
+        to_markdown(Exported({}, diagnosis, report, pair)).encode()
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError, OverflowError):
         raise InputError(path.name, "holds a report that cannot be shown") from None
     recording = folder / "run.rrd"
     if recording.exists():
@@ -284,30 +322,27 @@ def _checked(run_id: str, folder: Path) -> RunRecord:
     return record
 
 
-def _check_length(path: Path, duration_s: float) -> None:
-    """Before a flight is read: that it is of the length of its plan."""
-    try:
-        n = pq.read_metadata(path).num_rows
-    except (pa.ArrowException, OSError):
-        raise InputError("run.parquet", "is not a flight") from None
-    if not 2 <= n <= duration_s / DT_S + 1:
-        raise InputError("run.parquet", f"has {n} samples, and its plan is {duration_s:g} s long")
+def _enter(store: RunStore, records: Sequence[RunRecord], workplace: Path) -> None:
+    """Put what was checked in its place; takes it back, whatever happens.
 
-
-def _enter(
-    store: RunStore, records: Sequence[RunRecord], workplace: Path, offered: dict[str, _Offered]
-) -> None:
-    """Put what was checked in its place; takes it back if anything refuses."""
-    entered: list[str] = []
+    A run of that name that was thrown away here waits meanwhile in the workplace.
+    """
+    runs = store.root / "runs"
+    moved: list[str] = []
+    waiting = workplace / "before"
     try:
+        waiting.mkdir(exist_ok=True)
         for record in records:
-            delete(store, [record.id])  # if it was thrown away, or a crash left its folder behind
-            entered.append(record.id)
-            (workplace / record.id).replace(store.root / "runs" / record.id)
-            store.enter(record)
-            label = offered[record.id].label
-            if label != Label():
-                write_label(store, record.id, label)
-    except (MirrorTwinError, OSError):
-        delete(store, entered)
+            with suppress(FileNotFoundError):
+                (runs / record.id).replace(waiting / record.id)
+            moved.append(record.id)
+            (workplace / record.id).replace(runs / record.id)
+        labels = {record.id: read_label_file(runs / record.id) or NO_LABEL for record in records}
+        store.enter(records, labels)
+    except BaseException:
+        for run_id in moved:
+            with suppress(FileNotFoundError):
+                (runs / run_id).replace(workplace / run_id)
+            with suppress(FileNotFoundError):
+                (waiting / run_id).replace(runs / run_id)
         raise

@@ -2,6 +2,7 @@
 
 import re
 import secrets
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import cache
@@ -11,7 +12,7 @@ from core.errors import InputError
 from core.experiments.provenance import provenance
 from core.fmea.fault import Fault
 from core.twin.actions import Action, action_to_dict, first_fault, in_order, read_action
-from core.twin.plan import Plan, checked_number
+from core.twin.plan import Plan
 
 Status = Literal["queued", "running", "done", "failed", "cancelled"]
 
@@ -22,6 +23,9 @@ UNFINISHED: tuple[Status, ...] = ("queued", "running")
 _ALPHABET = "23456789abcdefghjkmnpqrstuvwxyz"
 _SUFFIX_LENGTH = 8
 _MAX_TEXT = 2000
+_FIRST_YEAR, _LAST_YEAR = 2000, 2199
+_MOST_ATTEMPTS = 1000
+_TIME = "must be a time with its zone, such as 2026-11-23T06:15:00Z"
 _RUN_ID = re.compile(rf"\d{{8}}T\d{{6}}-[{_ALPHABET}]{{{_SUFFIX_LENGTH}}}")
 
 
@@ -76,32 +80,67 @@ class RunRecord:
 def read_record(values: dict[str, Any]) -> RunRecord:
     """Read what `RunRecord.to_dict` wrote, from wherever; raises `InputError` naming the field."""
     try:
+        if not all(isinstance(values[name], Mapping) for name in ("plan", "fault")):
+            raise InputError("record", "must have a plan and a fault that are tables of values")
         plan, fault = Plan.from_dict(values["plan"]), Fault.from_dict(values["fault"])
         actions = in_order(map(read_action, values.get("actions", ())), plan)
         record = RunRecord(**{**values, "plan": plan, "fault": fault, "actions": actions})
-    except (KeyError, TypeError) as error:
+    except (KeyError, TypeError, AttributeError, OverflowError) as error:
         raise InputError("record", f"is not one of this version: {error}") from None
     fault.check_against(plan)
-    for name in ("id", "created", "status", "code_version"):
-        if not isinstance(getattr(record, name), str):
-            raise InputError(name, "must be text")
+    check_record(record)
     if not valid_run_id(record.id):
         raise InputError("id", f"must be like {new_run_id()}, got {record.id!r:.60}")
-    if record.status not in STATUSES:
-        raise InputError("status", f"must be one of {', '.join(STATUSES)}")
     if len(record.code_version) > _MAX_TEXT or len(str(record.error)) > _MAX_TEXT:
         raise InputError("record", f"must have texts of {_MAX_TEXT} characters at most")
-    try:
-        aware = datetime.fromisoformat(record.created).tzinfo is not None
-    except ValueError:
-        aware = False
-    if not aware:
-        raise InputError("created", "must be a time with its zone, such as 2026-11-23T06:15:00Z")
-    if record.top_probability is not None:
-        checked_number("top_probability", record.top_probability, 0.0, 1.0)
-    if not isinstance(record.attempts, int):
-        raise InputError("attempts", "must be a whole number")
+    if datetime.fromisoformat(record.created).tzinfo is None:
+        raise InputError("created", _TIME)
     return record
+
+
+def check_record(record: RunRecord) -> None:
+    """Raise `InputError` for what neither the index takes nor a page can show.
+
+    What is in a row or a file may have been written by anybody.
+    """
+    for name in ("id", "created", "status", "code_version", "error", "top"):
+        text = getattr(record, name)
+        if text is None and name in ("error", "top"):
+            continue
+        if not isinstance(text, str):
+            raise InputError(name, "must be text")
+        if not is_storable(text):
+            raise InputError(name, "holds half a character (a lone surrogate)")
+    if record.status not in STATUSES:
+        raise InputError("status", f"must be one of {', '.join(STATUSES)}")
+    try:
+        created = datetime.fromisoformat(record.created)
+    except ValueError:
+        raise InputError("created", _TIME) from None
+    if not _FIRST_YEAR <= created.year <= _LAST_YEAR:
+        raise InputError("created", f"must lie in the years {_FIRST_YEAR} to {_LAST_YEAR}, "
+                         f"got {record.created:.40}")  # fmt: skip
+    share: object = record.top_probability
+    if share is not None and not (isinstance(share, int | float) and 0.0 <= share <= 1.0):
+        raise InputError("top_probability", "must be a number, 0 to 1")
+    attempts: object = record.attempts
+    if isinstance(attempts, bool) or not isinstance(attempts, int):
+        raise InputError("attempts", "must be a whole number")
+    if not 0 <= attempts <= _MOST_ATTEMPTS:
+        raise InputError("attempts", f"must lie in 0 to {_MOST_ATTEMPTS}")
+
+
+def is_storable(text: str) -> bool:
+    r"""Whether a text can be written at all: JSON can hold halves of characters, UTF-8 cannot.
+
+    >>> is_storable("Zürich"), is_storable("\ud800")
+    (True, False)
+    """
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def new_run_id() -> str:

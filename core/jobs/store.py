@@ -3,78 +3,80 @@
     index.sqlite            one row a run: `core.jobs.records.RunRecord`; and what people wrote on
                             it, or that they threw it away (`core.jobs.keeping`)
     runs/<id>/run.parquet   both flights (`core.jobs.files.write_pair`)
-    runs/<id>/run.json      the record, the diagnosis and the report
-    runs/<id>/run.rrd       the Rerun recording, written by the app
+    runs/<id>/run.json      the record, the diagnosis and the report, with a checksum
+    runs/<id>/label.json    what people wrote on it, as in the index
+    runs/<id>/run.rrd       the Rerun recording, written by the app; run.rrd.sha256, its checksum
 
 SQLite in WAL mode is the index: readers never wait for the writer, several processes may share a
 store, and a full disk or a kill leaves the last committed state. Files are written whole or not at
-all, and before the row that speaks of them.
+all, and before the row that speaks of them; they are deleted before it. An index that was lost is
+made again from the files (`core.jobs.recovery`).
 """
 
-import errno
-import json
+import fcntl
 import logging
 import os
 import sqlite3
 import threading
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import fields, replace
+import weakref
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from shutil import rmtree
+from typing import Any, TypeVar
 
 import numpy as np
 
 from core.diagnosis.diagnosis import Diagnosis
-from core.errors import InputError, StoreError
+from core.errors import DiskFullError, NoSuchRunError, StoreError
 from core.fmea.fault import Fault
+from core.jobs import recovery, rows
 from core.jobs.files import (
+    check_seal,
+    has_its_sum,
     read_channels,
     read_columns,
     read_json,
     read_pair,
     read_trajectory,
+    sealed,
     write_error,
     write_json,
     write_pair,
+    write_sum,
     write_trajectory,
 )
-from core.jobs.records import STATUSES, UNFINISHED, RunRecord, code_version, new_run_id
+from core.jobs.index import FULL, Opened, identity, open_index
+from core.jobs.records import (
+    STATUSES,
+    UNFINISHED,
+    RunRecord,
+    code_version,
+    new_run_id,
+    valid_run_id,
+)
 from core.report.case import open_case
 from core.report.grounded import GroundedReport, checked_report
 from core.report.report import Report
-from core.twin.actions import Action, action_to_dict, read_action
+from core.twin.actions import Action
 from core.twin.plan import Plan
 from core.twin.trajectory import Pair
 
 __all__ = ["RunStore", "default_root", "read_trajectory", "write_trajectory"]
 
 HOME_VARIABLE = "MIRRORTWIN_HOME"
-SCHEMA_VERSION = 3
-BUSY_TIMEOUT_S = 5.0
 
 logger = logging.getLogger(__name__)
 
 SERVER_STOPPED = "the server stopped during this run; press Run again"
 
-_SCHEMA = """
-CREATE TABLE IF NOT EXISTS runs (
-    id TEXT PRIMARY KEY, created TEXT NOT NULL, status TEXT NOT NULL, plan TEXT NOT NULL,
-    fault TEXT NOT NULL, error TEXT, code_version TEXT NOT NULL, top TEXT,
-    top_probability REAL, attempts INTEGER NOT NULL
-);
-CREATE INDEX IF NOT EXISTS runs_created ON runs (created);
-CREATE TABLE IF NOT EXISTS labels (
-    run TEXT PRIMARY KEY, tags TEXT NOT NULL DEFAULT '[]', note TEXT NOT NULL DEFAULT '',
-    discarded TEXT
-);
-CREATE TABLE IF NOT EXISTS actions (run TEXT PRIMARY KEY, listed TEXT NOT NULL);
-"""
 _KEPT = "id NOT IN (SELECT run FROM labels WHERE discarded IS NOT NULL)"
-_COLUMNS = tuple(field.name for field in fields(RunRecord) if field.name != "actions")
-_CHANGEABLE = frozenset(_COLUMNS) - {"id", "created", "plan", "fault", "code_version"}
+_CHANGEABLE = frozenset(rows.COLUMNS) - {"id", "created", "plan", "fault", "code_version"}
 _ACTIONS = "(SELECT listed FROM actions WHERE run = runs.id) AS actions"
+
+_Made = TypeVar("_Made")
 
 
 def default_root() -> Path:
@@ -86,19 +88,40 @@ class RunStore:
     """All runs under one folder. Thread-safe; several processes may use the same folder.
 
     A folder that cannot be written to can still be read: then `create`, `update` and the ``save_``
-    methods raise `StoreError`. Every method may raise `StoreError` if the file system fails.
+    methods raise `StoreError`. Every method may raise `StoreError` if the file system fails, or if
+    the folder was removed or replaced since it was opened. What needs room on a full disk takes it
+    from the runs that were thrown away.
     """
 
     def __init__(self, root: Path) -> None:
-        """Open the store at ``root``, making it if need be; raises `StoreError`."""
+        """Open the store at ``root``, making it if need be; raises `StoreError`.
+
+        An index that was lost is made again, and if no other process has the store open, what
+        killed ones left is cleared away. What was found is logged as a warning.
+        """
         self.root = root.resolve()
         self._lock = threading.RLock()
-        self._index, self.read_only_reason = _open_index(self.root)
+        with suppress(OSError):  # said by what comes next
+            self.root.mkdir(parents=True, exist_ok=True)
+        share, is_alone = _share(self.root)
+        self._let_go = weakref.finalize(self, _close, share)
+        self._index: sqlite3.Connection
+        self._identity: tuple[int, int] | None
+        self.read_only_reason: str | None
+        try:
+            opened = self._open()
+            self._recover(opened.set_aside, is_alone)
+        except BaseException:
+            self._let_go()
+            raise
+        if share is not None and is_alone:
+            fcntl.flock(share, fcntl.LOCK_SH)
 
     def close(self) -> None:
         """Close the index; the store cannot be used afterwards."""
         with self._lock:
             self._index.close()
+            self._let_go()
 
     # -- records ---------------------------------------------------------------------------------
 
@@ -113,27 +136,33 @@ class RunStore:
             code_version=code_version(),
             actions=tuple(actions),
         )
-        self.enter(record)
+        self.with_room(lambda: self.enter([record]))
         return record
 
-    def enter(self, record: RunRecord) -> None:
-        """Enter a record made elsewhere; raises `StoreError` if there is a run of its name."""
-        row = {
-            **record.to_dict(),
-            "plan": _dumped(record.plan.to_dict()),
-            "fault": _dumped(record.fault.to_dict()),
-        }
-        names = ", ".join(_COLUMNS)
-        places = ", ".join(f":{name}" for name in _COLUMNS)
+    def enter(
+        self, records: Sequence[RunRecord], labels: Mapping[str, Mapping[str, Any]] | None = None
+    ) -> None:
+        """Enter records made elsewhere and what is written on them, all or none.
+
+        They take the place of rows of their names, if there are such of runs thrown away.
+        """
         with self.writing() as index:
-            index.execute(f"INSERT INTO runs ({names}) VALUES ({places})", row)
-            if record.actions:
-                _write_actions(index, record.id, record.actions)
+            for record in records:
+                rows.forget(index, record.id)
+                rows.insert(index, record)
+            for run_id, label in (labels or {}).items():
+                if label != rows.NO_LABEL:
+                    rows.insert_label(index, run_id, label)
 
     def save_actions(self, run_id: str, actions: Iterable[Action]) -> None:
         """Keep what is done during a flight, in the place of what was kept before."""
-        with self.writing() as index:
-            _write_actions(index, run_id, actions)
+        listed = tuple(actions)
+
+        def write() -> None:
+            with self.writing() as index:
+                rows.write_actions(index, run_id, listed)
+
+        self.with_room(write)
 
     def update(self, run_id: str, **changes: Any) -> RunRecord:
         """Change fields of a record (status, error, top, top_probability, attempts)."""
@@ -142,22 +171,26 @@ class RunStore:
         if changes.get("status", "queued") not in STATUSES:
             raise ValueError(f"no status {changes['status']!r}")
         assignments = ", ".join(f"{name} = :{name}" for name in changes)
-        with self.writing() as index:
-            index.execute(
-                f"UPDATE runs SET {assignments} WHERE id = :id", {**changes, "id": run_id}
-            )
+
+        def write() -> None:
+            with self.writing() as index:
+                index.execute(
+                    f"UPDATE runs SET {assignments} WHERE id = :id", {**changes, "id": run_id}
+                )
+
+        self.with_room(write)
         return self.get(run_id)
 
     def get(self, run_id: str) -> RunRecord:
         """The record of one run; raises `StoreError` if there is none, or none any more."""
-        rows = self._select(f"WHERE id = ? AND {_KEPT}", run_id)
-        if not rows:
-            raise StoreError(f"no run {run_id[:40]!r} in {self.root}")
-        return _record(rows[0])
+        found = self._select(f"WHERE id = ? AND {_KEPT}", run_id)
+        if not found:
+            raise NoSuchRunError(f"no run {run_id[:40]!r} in {self.root}")
+        return rows.record_of(found[0])
 
     def records(self) -> list[RunRecord]:
         """All records, newest first; those that this version cannot read are left out."""
-        return list(_readable(self._select(f"WHERE {_KEPT} ORDER BY created DESC, rowid DESC")))
+        return list(rows.readable(self._select(f"WHERE {_KEPT} ORDER BY created DESC, rowid DESC")))
 
     def fail_unfinished(self) -> list[str]:
         """Mark what a stopped server left queued or running as failed; returns those runs.
@@ -171,11 +204,53 @@ class RunStore:
             ).fetchall()
         return [row["id"] for row in left]
 
+    # -- room ------------------------------------------------------------------------------------
+
+    def delete(self, run_ids: Sequence[str]) -> None:
+        """Delete runs for good, files, rows and labels; ``run_ids`` are valid names.
+
+        The files first: on a full disk the index takes nothing before there is room. A run whose
+        row is still there when this is broken off is deleted the next time.
+        """
+        with self._lock:
+            self.check_place()
+            for run_id in run_ids:
+                _remove_files(self.root, run_id)
+            with self.writing() as index:
+                for run_id in run_ids:
+                    rows.forget(index, run_id)
+
+    def purge(self, before: str = "9") -> list[str]:
+        """Delete for good the runs that were thrown away ``before`` then (ISO 8601, UTC).
+
+        Returns their names; by default all of them.
+        """
+        found = self.query("SELECT run FROM labels WHERE discarded <= ?", before)
+        run_ids = [row["run"] for row in found if valid_run_id(row["run"])]
+        if run_ids:
+            self.delete(run_ids)
+        return run_ids
+
+    def with_room(self, write: Callable[[], _Made]) -> _Made:
+        """What ``write`` returns; on a full disk it is done again in the room of what was purged.
+
+        Raises `DiskFullError` if nothing that was thrown away is left, or that is too little.
+        """
+        try:
+            return write()
+        except DiskFullError:
+            purged = self.purge()
+            if not purged:
+                raise
+        logger.warning("the disk is full: %d runs thrown away are deleted for good", len(purged))
+        return write()
+
     # -- files -----------------------------------------------------------------------------------
 
     def save_pair(self, run_id: str, pair: Pair) -> None:
         """Keep both flights."""
-        write_pair(self._folder(run_id, make=True) / "run.parquet", pair)
+        path = self._folder(run_id, make=True) / "run.parquet"
+        self.with_room(lambda: write_pair(path, pair))
 
     def load_pair(self, run_id: str) -> Pair:
         """Both flights, bit for bit as saved."""
@@ -202,13 +277,18 @@ class RunStore:
             "diagnosis": diagnosis.to_dict(),
             "report": report.to_dict(),
         }
-        write_json(self._folder(run_id, make=True) / "run.json", values)
+        path = self._folder(run_id, make=True) / "run.json"
+        self.with_room(lambda: write_json(path, sealed(values)))
         return self.update(run_id, status="done", error=None, top=top, top_probability=probability)
 
     def save_report(self, run_id: str, report: GroundedReport) -> None:
         """Keep another report on a run that is done, in the place of the last one."""
         path = self._file(run_id, "run.json")
-        write_json(path, read_json(path) | {"report": report.to_dict()})
+        with self._lock:
+            values = read_json(path)
+            check_seal(path, values)
+            whole = sealed(values | {"report": report.to_dict()})
+            self.with_room(lambda: write_json(path, whole))
 
     def load_result(self, run_id: str) -> tuple[Diagnosis, GroundedReport]:
         """Diagnosis and report as saved."""
@@ -216,19 +296,48 @@ class RunStore:
 
     def recording_path(self, run_id: str) -> Path:
         """Where the run's ``.rrd`` is, or is to be written."""
-        return self._folder(run_id, make=self.read_only_reason is None) / "run.rrd"
+        return self._folder(run_id) / "run.rrd"
+
+    def save_recording(self, run_id: str, write: Callable[[Path], None]) -> None:
+        """Have ``write`` write the recording to a path, and keep its checksum."""
+        path = self._folder(run_id, make=True) / "run.rrd"
+
+        def written() -> None:
+            write(path)
+            write_sum(path)
+
+        self.with_room(written)
+
+    def has_recording(self, run_id: str) -> bool:
+        """Whether the run has a recording that is as it was written."""
+        return has_its_sum(self.recording_path(run_id))
+
+    def save_label(self, run_id: str, label: Mapping[str, Any]) -> None:
+        """Keep a row of what people wrote on a run, beside the run too."""
+        row = {**rows.NO_LABEL, **label}
+        folder = self._place(run_id)
+
+        def write() -> None:
+            recovery.write_label_file(folder, row)
+            with self.writing() as index:
+                rows.insert_label(index, run_id, row)
+
+        self.with_room(write)
 
     # -- inside ----------------------------------------------------------------------------------
 
     def _folder(self, run_id: str, *, make: bool = False) -> Path:
         self.get(run_id)  # only names that we gave ourselves ever become a path
-        folder = self.root / "runs" / run_id
+        folder = self._place(run_id)
         if make:
             try:
                 folder.mkdir(parents=True, exist_ok=True)
             except OSError as error:
                 raise write_error(self.root, error) from error
         return folder
+
+    def _place(self, run_id: str) -> Path:
+        return self.root / "runs" / run_id
 
     def _file(self, run_id: str, name: str) -> Path:
         record = self.get(run_id)
@@ -238,12 +347,15 @@ class RunStore:
         return path
 
     def _select(self, clause: str, *values: Any) -> list[sqlite3.Row]:
-        return self.query(f"SELECT {', '.join(_COLUMNS)}, {_ACTIONS} FROM runs {clause}", *values)
+        return self.query(
+            f"SELECT {', '.join(rows.COLUMNS)}, {_ACTIONS} FROM runs {clause}", *values
+        )
 
     def query(self, query: str, *values: Any) -> list[sqlite3.Row]:
         """What a SELECT of the index finds; for this package alone."""
         try:
             with self._lock:
+                self.check_place()
                 return self._index.execute(query, values).fetchall()
         except sqlite3.Error as error:
             raise StoreError(f"cannot read the run index in {self.root}: {error}") from error
@@ -252,6 +364,7 @@ class RunStore:
     def writing(self) -> Iterator[sqlite3.Connection]:
         """A transaction of the index; for this package alone."""
         with self._lock:
+            self.check_place()
             if self.read_only_reason is not None:
                 self._try_writable()
             try:
@@ -260,30 +373,53 @@ class RunStore:
             except sqlite3.Error as error:
                 if "readonly" in str(error):  # the connection stays so: open anew next time
                     self.read_only_reason = str(error)
-                raise _index_error(self.root, str(error)) from error
+                raise _index_error(self.root, str(error), is_full=_is_full(error)) from error
+
+    def _open(self) -> Opened:
+        opened = open_index(self.root)
+        self._index, self.read_only_reason = opened.connection, opened.read_only_reason
+        is_a_file = bool(self._index.execute("PRAGMA database_list").fetchone()["file"])
+        self._identity = identity(self.root) if is_a_file else None
+        return opened
 
     def _try_writable(self) -> None:
         """Leave read-only mode if the folder can be written to by now; raises `StoreError`."""
         self._index.close()  # first: SQLite shares a read-only memory map with new connections
-        self._index, self.read_only_reason = _open_index(self.root)
+        opened = self._open()
         if self.read_only_reason is not None:
-            raise _index_error(self.root, self.read_only_reason)
+            raise _index_error(self.root, self.read_only_reason, is_full=opened.is_full)
 
+    def check_place(self) -> None:
+        """Raise `StoreError` if the open index is no longer the file at its path.
 
-def _record(row: sqlite3.Row) -> RunRecord:
-    values = dict(row)
-    try:
-        values["plan"] = Plan.from_dict(json.loads(values["plan"]))
-        values["fault"] = Fault.from_dict(json.loads(values["fault"]))
-        values["actions"] = tuple(map(read_action, json.loads(values["actions"] or "[]")))
-    except (InputError, ValueError, TypeError) as error:
-        raise StoreError(f"run {row['id']} cannot be read by this version: {error}") from error
-    return RunRecord(**values)
+        What is written to a file that was removed is lost without a word.
+        """
+        if self._identity is not None and identity(self.root) != self._identity:
+            raise StoreError(
+                f"the run store {self.root} was removed or replaced while it was open here: "
+                "nothing is read from it or stored in it any more. Put it back where it was, or "
+                "restart MirrorTwin to go on with what is there now"
+            )
+
+    # -- recovery --------------------------------------------------------------------------------
+
+    def _recover(self, set_aside: Path | None, is_alone: bool) -> None:
+        """Enter runs that the index has lost; clear what killed processes left, if none is left."""
+        can_write = self.read_only_reason is None
+        known = {row["id"] for row in self.query("SELECT id FROM runs")}
+        # Beside other processes, a run without a row may be one that is just being imported.
+        if (can_write or self._identity is None) and (is_alone or not known):
+            recovery.adopt(self._index, self.root, known, set_aside)
+        if is_alone and can_write:
+            recovery.sweep(self.root)
+            unfinished = self._select("WHERE status IN (?, ?)", *UNFINISHED)
+            recovery.complete(self._index, self.root, rows.readable(unfinished))
 
 
 def read_result(path: Path) -> tuple[Diagnosis, GroundedReport]:
     """Diagnosis and report in a ``run.json``; raises `StoreError`."""
     values = read_json(path)
+    check_seal(path, values)
     try:
         diagnosis = Diagnosis.from_dict(values["diagnosis"])
         return diagnosis, _report(values["report"], diagnosis)
@@ -298,92 +434,47 @@ def _report(values: dict[str, Any], diagnosis: Diagnosis) -> GroundedReport:
     return checked_report(open_case(diagnosis), Report.from_dict(values))
 
 
-def _readable(rows: list[sqlite3.Row]) -> Iterator[RunRecord]:
-    for row in rows:
-        try:
-            yield _record(row)
-        except StoreError as error:
-            logger.warning("left out of the list: %s", error)
+def _remove_files(root: Path, run_id: str) -> None:
+    folder = root / "runs" / run_id
+    try:
+        (folder / "run.json").unlink(missing_ok=True)  # first: nobody takes the rest for a run
+    except OSError as error:
+        raise write_error(root, error) from error
+    rmtree(folder, ignore_errors=True)
 
 
-def _write_actions(index: sqlite3.Connection, run_id: str, actions: Iterable[Action]) -> None:
-    listed = _dumped([action_to_dict(action) for action in actions])
-    index.execute("INSERT OR REPLACE INTO actions VALUES (?, ?)", (run_id, listed))
+def _is_full(error: sqlite3.Error) -> bool:
+    return getattr(error, "sqlite_errorname", "") in FULL
 
 
-def _dumped(values: Any) -> str:
-    return json.dumps(values, separators=(",", ":"), allow_nan=False)
-
-
-def _index_error(root: Path, reason: str) -> StoreError:
-    return StoreError(
+def _index_error(root: Path, reason: str, *, is_full: bool) -> StoreError:
+    return (DiskFullError if is_full else StoreError)(
         f"cannot write to the run store {root}: {reason}. What is stored is safe. Free space or "
         f"allow writing there, or start with another folder in {HOME_VARIABLE}."
     )
 
 
-def _open_index(root: Path) -> tuple[sqlite3.Connection, str | None]:
-    """The index and None, or a readable one and the reason why it cannot be written to."""
+def _share(root: Path) -> tuple[int | None, bool]:
+    """A share in a store's folder for as long as it is open here, and whether it is the only one.
+
+    One that is the only one is exclusive, until it is made less: who comes then waits.
+    """
     try:
-        (root / "runs").mkdir(parents=True, exist_ok=True)
-        if not os.access(root, os.W_OK):
-            raise PermissionError(errno.EACCES, "read-only folder")
-        return _writable_index(root / "index.sqlite"), None
-    except OSError as error:
-        reason = error.strerror or str(error)
-    except sqlite3.DatabaseError as error:
-        if error.sqlite_errorname in ("SQLITE_NOTADB", "SQLITE_CORRUPT"):
-            raise StoreError(f"{root / 'index.sqlite'} is damaged: {error}") from error
-        reason = str(error)
-    if root.exists() and not root.is_dir():
-        raise StoreError(f"the run store {root} is a file, not a folder")
-    return _readable_index(root / "index.sqlite"), reason
-
-
-def _writable_index(path: Path) -> sqlite3.Connection:
-    index = _connect(path.as_uri())
+        share = os.open(root, os.O_RDONLY | os.O_DIRECTORY)
+    except OSError:
+        return None, False
     try:
-        index.execute("PRAGMA journal_mode = WAL")
-        # In WAL mode NORMAL can lose the last rows to a power cut, but never harm the index.
-        index.execute("PRAGMA synchronous = NORMAL")
-        found = index.execute("PRAGMA user_version").fetchone()[0]
-        if found > SCHEMA_VERSION:
-            raise StoreError(
-                f"{path} was written by a newer MirrorTwin; use that one, or another folder"
-            )
-        if found < SCHEMA_VERSION:
-            index.executescript(f"{_SCHEMA} PRAGMA user_version = {SCHEMA_VERSION};")
-    except BaseException:
-        index.close()
-        raise
-    return index
-
-
-def _readable_index(path: Path) -> sqlite3.Connection:
-    # immutable: without leave to write, SQLite cannot make the shared memory that WAL needs.
-    for options in ("mode=ro", "mode=ro&immutable=1"):
         try:
-            index = _connect(f"{path.as_uri()}?{options}")
-            index.execute("SELECT count(*) FROM runs")
-            _add_missing_tables(index)
-            return index
-        except sqlite3.Error:
-            continue
-    if path.exists() and path.stat().st_size > 0:
-        raise StoreError(f"cannot read {path}: is it damaged, or yours to read?")
-    index = _connect("file::memory:")
-    index.executescript(_SCHEMA)
-    return index
+            fcntl.flock(share, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return share, True
+        except BlockingIOError:
+            fcntl.flock(share, fcntl.LOCK_SH)
+            return share, False
+    except OSError:  # a file system without locks
+        os.close(share)
+        return None, False
 
 
-def _add_missing_tables(index: sqlite3.Connection) -> None:
-    """Empty ones, beside an index of an earlier version: it says nothing of what they are for."""
-    for name, columns in (("labels", "run, tags, note, discarded"), ("actions", "run, listed")):
-        if not index.execute("SELECT 1 FROM sqlite_master WHERE name = ?", (name,)).fetchone():
-            index.execute(f"CREATE TEMP TABLE {name} ({columns})")
-
-
-def _connect(uri: str) -> sqlite3.Connection:
-    index = sqlite3.connect(uri, uri=True, timeout=BUSY_TIMEOUT_S, check_same_thread=False)
-    index.row_factory = sqlite3.Row
-    return index
+def _close(share: int | None) -> None:
+    if share is not None:
+        os.close(share)

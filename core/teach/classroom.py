@@ -68,6 +68,7 @@ class Classroom:
         A learner has one attempt at the flight of a code: the second time the first one is
         returned, so that an answer once seen cannot be given again.
         """
+        self._store.check_place()  # else a folder that was removed would come back, with this alone
         if challenge.code is not None:
             for attempt in self.attempts(learner):
                 if attempt.challenge == challenge:
@@ -111,7 +112,11 @@ class Classroom:
         found = []
         for folder in folders[:MAX_SHOWN]:
             if (folder / "attempt.json").exists():  # else it is being flown, or never was
-                attempt = _read(folder)
+                try:
+                    attempt = _read(folder)
+                except StoreError as error:
+                    logger.warning("left out of the list: %s", error)
+                    continue
                 if attempt.learner == learner:
                     found.append(attempt)
         return found

@@ -3,6 +3,7 @@
 import zipfile
 from collections.abc import Iterator
 from io import BytesIO
+from pathlib import Path
 from typing import Any
 
 import httpx
@@ -10,6 +11,8 @@ import pytest
 from fastapi import FastAPI
 
 from app import run_files
+from app.scenes import recordings
+from core.diagnosis.diagnosis import Diagnosis
 from core.diagnosis.predict import load_diagnoser
 from core.experiments.g1000 import read_log
 from core.fmea.fault import Fault
@@ -19,6 +22,7 @@ from core.report.template import write_report
 from core.twin.actions import SetFault
 from core.twin.flight import fly_pair
 from core.twin.plan import Plan
+from core.twin.trajectory import Pair
 
 ZIP = {"Content-Type": run_files.ZIP}
 
@@ -56,8 +60,13 @@ def test_a_live_flight_is_recorded_with_what_was_injected(
     store.save_pair(live.id, store.load_pair(run_id))
     store.save_result(live.id, *store.load_result(run_id))
     faults: list[Fault] = []
-    monkeypatch.setattr(run_files, "write_recording", lambda *args: faults.append(args[3]))
-    run_files.with_recording(store, live.id)
+
+    def write(path: Path, pair: Pair, plan: Plan, fault: Fault, diagnosis: Diagnosis) -> None:
+        faults.append(fault)
+        path.write_bytes(b"RRF2")
+
+    monkeypatch.setattr(recordings, "write_recording", write)
+    recordings.with_recording(store, live.id)
     assert [(fault.mode, fault.onset_s) for fault in faults] == [("baffle_crack", 20.0)]
     discard(store, [live.id])
 

@@ -213,7 +213,7 @@ def test_rerun_shows_both_paths_as_they_grow_and_again_from_the_store(
 
     for samples in rest:
         recording.extend(samples)
-    write_recording(site.store.recording_path(run), pair, PLAN, FAULT)
+    site.store.save_recording(run, lambda path: write_recording(path, pair, PLAN, FAULT))
     recording.finish(None)
     wait(lambda: rerun_time_s(frame) > 119.0, "the end of the live recording")
     wait(lambda: like(picture(page)[scene], FAULTED) > 5 * like(empty, FAULTED), "its path")

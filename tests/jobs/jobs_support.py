@@ -2,9 +2,15 @@
 
 import time
 
+import numpy as np
+
+from core.diagnosis.diagnosis import Diagnosis, Evidence
+from core.fmea.catalogue import catalogue
 from core.fmea.fault import Fault
 from core.jobs.events import Event, Samples
 from core.jobs.feed import Subscription
+from core.report.case import open_case
+from core.report.grounded import GroundedReport, grounded_template
 from core.twin.plan import Plan
 
 SHORT_PLAN = Plan(duration_s=40.0, seed=5)
@@ -36,3 +42,19 @@ def read_until(subscription: Subscription, kind: type[Event], timeout: float = 6
 def samples_of(events: list[Event]) -> list[Samples]:
     """The samples among ``events``."""
     return [event for event in events if isinstance(event, Samples)]
+
+
+def a_diagnosis() -> Diagnosis:
+    """Two windows that lean towards the second class."""
+    classes = tuple(catalogue())
+    over_time = np.full((2, len(classes)), 0.01, np.float32)
+    over_time[:, 1] = [0.7, 0.81]
+    evidence = Evidence("E1 CHT1", 60.0, 90.0, 12.5, "degF", "+", 500.0, 61.0)
+    return Diagnosis(
+        classes, np.array([30.0, 35.0]), over_time, over_time[1], (evidence,), 61.0, "cnn", "lab"
+    )
+
+
+def a_report() -> GroundedReport:
+    """The report on it."""
+    return grounded_template(open_case(a_diagnosis()))

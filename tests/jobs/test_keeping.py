@@ -117,3 +117,12 @@ def test_a_store_of_the_last_version_opens_with_all_its_runs(store: RunStore) ->
     assert [record.id for record in upgraded.records()] == [run_id]
     write_label(upgraded, run_id, Label(("old",)))
     assert label_of(upgraded, run_id).tags == ("old",)
+
+
+def test_what_is_written_on_a_run_and_cannot_be_read_hides_no_other(store: RunStore) -> None:
+    good, *bad = (store.create(SHORT_PLAN, CRACK).id for _ in range(4))
+    write_label(store, good, Label(("kept",)))
+    for run_id, tags in zip(bad, ("not JSON", "[1]", "{"), strict=True):
+        with store.writing() as index:
+            index.execute("INSERT INTO labels (run, tags) VALUES (?, ?)", (run_id, tags))
+    assert labels(store) == {good: Label(("kept",))}

@@ -3,12 +3,17 @@
 import hashlib
 import io
 import json
+import sqlite3
 import zipfile
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -17,9 +22,18 @@ from jobs_support import CRACK, SHORT_PLAN
 from core.diagnosis.predict import load_diagnoser
 from core.errors import InputError, StoreError
 from core.jobs import parcel
-from core.jobs.files import read_json
-from core.jobs.keeping import Label, delete, discard, label_of, write_label
+from core.jobs.files import read_json, write_pair
+from core.jobs.keeping import (
+    Label,
+    delete,
+    discard,
+    discarded,
+    label_of,
+    restore,
+    write_label,
+)
 from core.jobs.parcel import MANIFEST, pack, unpack
+from core.jobs.records import RunRecord
 from core.jobs.store import RunStore
 from core.report.template import write_report
 from core.twin.trajectory import Pair
@@ -204,6 +218,7 @@ def test_what_is_signed_but_no_run_is_refused(
 
     def why_json(*path: str, value: Any) -> str:
         values = json.loads(files[f"{run_id}/run.json"])
+        del values["sha256"]  # as of an earlier version
         inner = values
         for step in path[:-1]:
             inner = inner[step]
@@ -213,7 +228,9 @@ def test_what_is_signed_but_no_run_is_refused(
     assert "not a flight" in why("run.parquet", b"PAR1 not at all PAR1")
     assert "not a recording" in why("run.rrd", b"MZ")
     assert "not the record" in why("run.json", b"{}")
-    assert "not the record" in why("run.json", b"[" * 100_000)
+    assert "damaged" in why("run.json", b"[" * 100_000)
+    changed = files[f"{run_id}/run.json"].replace(b'"seed": 5', b'"seed": 6')
+    assert "run.json is damaged (checksum)" in why("run.json", changed)
     assert "damaged" in why("run.json", b"{")
     assert "id" in why_json("record", "id", value="../../x")
     assert "tells of" in why_json("record", "id", value="20261123T061500-k3x9q2wz")
@@ -226,6 +243,166 @@ def test_what_is_signed_but_no_run_is_refused(
     assert "run.json" in why_json("diagnosis", "evidence", value=[1])
     assert "run.json" in why_json("diagnosis", "probabilities", value=[])
     assert "run.json" in why_json("report", value={"sentences": [{}]})
+    assert "attempts" in why_json("record", "attempts", value=2**70)
+    assert "cannot be kept" in why_json("record", "code_version", value="\ud800")
+    assert "cannot be kept" in why_json("record", "error", value="\udfff")
+    assert "cannot be kept" in why_json("report", "writer", value="half \ud83d")
+    assert "cannot be kept" in why_json("diagnosis", "energy", value=float("nan"))
+    assert "years 2000 to 2199" in why_json("record", "created", value="9999-12-31T23:59:59+00:00")
+    assert "record" in why_json("record", "plan", "speed_kt", value=10**400)
+
+
+def test_what_is_no_flight_is_refused(
+    packed: Packed, refused: Callable[[bytes], str], short_pair: Pair, tmp_path: Path
+) -> None:
+    """Columns that no flight has, values that no flight comes near."""
+    files = unzipped(packed.content)
+
+    def why(change: Callable[[pa.Table], pa.Table]) -> str:
+        path = tmp_path / "changed.parquet"
+        write_pair(path, short_pair)
+        pq.write_table(change(pq.read_table(path)), path, compression="zstd")
+        name = f"{packed.run_id}/run.parquet"
+        return refused(zipped(signed(files | {name: path.read_bytes()})))
+
+    def put(name: str, value: float) -> Callable[[pa.Table], pa.Table]:
+        def change(table: pa.Table) -> pa.Table:
+            place, column = table.column_names.index(name), table[name].to_numpy().copy()
+            column[0] = value
+            field = table.schema.field(name)
+            return table.set_column(place, field, pa.array(column, field.type))
+
+        return change
+
+    zeros = pa.array(np.zeros(len(short_pair.faulted), np.int32))
+    big = pa.DictionaryArray.from_arrays(zeros, pa.array(["x" * (1 << 20)]))
+    assert "column 'big' that no flight has" in why(lambda table: table.append_column("big", big))
+    many = {f"c{number}": zeros for number in range(4000)}
+    assert "that no flight has (and 3999 more)" in why(
+        lambda table: pa.table(
+            {**dict(zip(table.column_names, table.columns, strict=True)), **many}
+        )
+    )
+    whole = pa.float64()
+    assert "must be float" in why(
+        lambda table: table.set_column(
+            table.column_names.index("mirror.OAT"), "mirror.OAT", table["mirror.OAT"].cast(whole)
+        )
+    )
+    assert "3e+38 in E1 RPM, which no flight comes near" in why(put("faulted.E1 RPM", 3e38))
+    assert "times outside 0 to 7200 s" in why(put("time_s", -1e308))
+    assert "not finite" in why(put("mirror.air_fuel_ratio", float("inf")))
+    assert "2001 samples" in why(lambda table: pa.concat_tables([table, table[-1:]]))
+
+
+def test_a_flight_that_ended_before_its_plan_is_taken(
+    packed: Packed, store: RunStore, short_pair: Pair, tmp_path: Path
+) -> None:
+    write_pair(tmp_path / "run.parquet", short_pair[:1])
+    name = f"{packed.run_id}/run.parquet"
+    files = unzipped(packed.content) | {name: (tmp_path / "run.parquet").read_bytes()}
+    (tmp_path / "short.zip").write_bytes(zipped(signed(files)))
+    (record,) = unpack(store, tmp_path / "short.zip")
+    assert len(store.load_pair(record.id).faulted) == 1
+
+
+@pytest.mark.parametrize("was_thrown_away", [True, False])
+def test_an_import_that_the_index_refuses_leaves_all_as_it_was(
+    packed: Packed,
+    store: RunStore,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    was_thrown_away: bool,
+) -> None:
+    path, run_id = tmp_path / "run.zip", packed.run_id
+    path.write_bytes(packed.content)
+    if was_thrown_away:
+        unpack(store, path)
+        discard(store, [run_id])
+    before = sorted(item for item in (store.root / "runs").rglob("*"))
+
+    def refuse(index: sqlite3.Connection, record: RunRecord) -> None:
+        index.execute("DELETE FROM runs")
+        raise OverflowError("too large for SQLite")
+
+    with monkeypatch.context() as refusing:
+        refusing.setattr("core.jobs.rows.insert", refuse)
+        with pytest.raises(OverflowError):
+            unpack(store, path)
+    assert sorted(item for item in (store.root / "runs").rglob("*")) == before
+    assert discarded(store) == ([run_id] if was_thrown_away else [])
+    assert store.records() == []
+    if was_thrown_away:
+        assert restore(store, [run_id]) == [run_id]
+        assert store.load_result(run_id)
+    else:
+        assert unpack(store, path)
+
+
+def test_an_import_on_a_full_disk_takes_the_room_of_what_was_thrown_away(
+    packed: Packed, disk: Callable[[str], Path], tmp_path: Path
+) -> None:
+    path = tmp_path / "run.zip"
+    path.write_bytes(packed.content)
+    store = RunStore(disk("size=4m") / "store")
+    pair = packed.store.load_pair(packed.run_id)
+    thrown = [store.create(SHORT_PLAN, CRACK).id for _ in range(3)]
+    for run_id in thrown:
+        store.save_pair(run_id, pair)
+        store.update(run_id, status="done")
+    with pytest.raises(StoreError, match=r"(?i)no space"):
+        _fill(store, path)
+    assert not list((store.root / "runs").glob(".import-*"))
+    assert [record.id for record in store.records()] == thrown[::-1]
+    discard(store, thrown)
+    (record,) = unpack(store, path)
+    assert store.get(record.id) == record
+    store.close()
+
+
+def _fill(store: RunStore, path: Path) -> None:
+    with (store.root / "filler").open("wb", buffering=0) as filler:
+        with suppress(OSError):
+            while filler.write(b"\0" * 4096):
+                pass
+        filler.truncate(filler.tell() - (200 << 10))
+    unpack(store, path)
+
+
+def test_an_imported_recording_has_a_checksum(
+    packed: Packed, store: RunStore, tmp_path: Path
+) -> None:
+    (tmp_path / "run.zip").write_bytes(packed.content)
+    (record,) = unpack(store, tmp_path / "run.zip")
+    assert store.has_recording(record.id)
+    store.recording_path(record.id).write_bytes(b"RRF2 and so oN")
+    assert not store.has_recording(record.id)
+
+
+def test_more_entries_than_an_export_has_are_refused_at_once(
+    packed: Packed, refused: Callable[[bytes], str]
+) -> None:
+    files = unzipped(packed.content)
+    names = [
+        f"20261123T061500-{a}{b}aaaaaa/run.json"
+        for a in "abcdefghjkmnp"
+        for b in "23456789abcdefghjkmn"
+    ]
+    assert "lists more files than an export has" in refused(
+        zipped(files | dict.fromkeys(names, b"{}"))
+    )
+
+
+@pytest.mark.parametrize(
+    "label", [{"tags": [5], "note": ""}, {"tags": ["\ud800"], "note": ""}, {"tags": [], "note": 7}]
+)
+def test_a_bad_label_is_refused(
+    packed: Packed, refused: Callable[[bytes], str], label: dict[str, Any]
+) -> None:
+    files = unzipped(packed.content)
+    manifest = json.loads(files[MANIFEST])
+    manifest["runs"][packed.run_id] |= label
+    assert MANIFEST in refused(zipped(files | {MANIFEST: json.dumps(manifest).encode()}))
 
 
 def test_bombs_are_not_unpacked(

@@ -9,35 +9,18 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
-from jobs_support import CRACK, SHORT_PLAN
+from jobs_support import CRACK, SHORT_PLAN, a_diagnosis, a_report
 
-from core.diagnosis.diagnosis import Diagnosis, Evidence
 from core.errors import StoreError
-from core.fmea.catalogue import catalogue
 from core.fmea.fault import Fault
 from core.jobs.files import read_json, write_json
 from core.jobs.store import SERVER_STOPPED, RunStore, default_root
-from core.report.case import open_case
-from core.report.grounded import grounded_template
 from core.report.report import Report, Section
 from core.twin.plan import Plan
 from core.twin.trajectory import Pair
 
-
-def a_diagnosis() -> Diagnosis:
-    """Two windows that lean towards the second class."""
-    classes = tuple(catalogue())
-    over_time = np.full((2, len(classes)), 0.01, np.float32)
-    over_time[:, 1] = [0.7, 0.81]
-    evidence = Evidence("E1 CHT1", 60.0, 90.0, 12.5, "degF", "+", 500.0, 61.0)
-    return Diagnosis(
-        classes, np.array([30.0, 35.0]), over_time, over_time[1], (evidence,), 61.0, "cnn", "lab"
-    )
-
-
-REPORT = grounded_template(open_case(a_diagnosis()))
+REPORT = a_report()
 
 
 def test_a_run_from_entry_to_result(store: RunStore, short_pair: Pair) -> None:
@@ -139,14 +122,6 @@ def test_a_file_where_the_folder_should_be(tmp_path: Path) -> None:
     (tmp_path / "store").write_text("not a folder")
     with pytest.raises(StoreError, match=r"store is a file, not a folder"):
         RunStore(tmp_path / "store")
-
-
-def test_a_damaged_index_is_named_and_left_alone(tmp_path: Path) -> None:
-    index = tmp_path / "index.sqlite"
-    index.write_bytes(b"no database at all" * 100)
-    with pytest.raises(StoreError, match=re.escape(f"{index} is damaged")):
-        RunStore(tmp_path)
-    assert index.read_bytes() == b"no database at all" * 100
 
 
 def test_an_index_of_a_newer_version_is_left_alone(store: RunStore) -> None:
@@ -257,6 +232,43 @@ def test_a_report_stored_as_plain_text_is_checked_when_read(store: RunStore) -> 
     old = Report(
         (Section("Conclusion", "CHT 1 rose by 12.5 °F. CHT 1 fell by 40 °F."),), "template"
     )
-    write_json(path, read_json(path) | {"report": old.to_dict()})
+    values = read_json(path) | {"report": old.to_dict()}
+    del values["sha256"]  # which came later
+    write_json(path, values)
     _, report = store.load_result(record.id)
     assert [item.kept for item in report.sentences] == [True, False]
+
+
+def test_a_changed_digit_in_run_json_is_found(store: RunStore) -> None:
+    record = store.create(SHORT_PLAN, CRACK)
+    store.save_result(record.id, a_diagnosis(), REPORT)
+    path = store.root / "runs" / record.id / "run.json"
+    path.write_text(path.read_text().replace("12.5", "13.5"))
+    with pytest.raises(StoreError, match=r"run\.json is damaged \(checksum\)"):
+        store.load_result(record.id)
+    with pytest.raises(StoreError, match=r"run\.json is damaged \(checksum\)"):
+        store.save_report(record.id, REPORT)  # would make it look whole
+
+
+def test_a_recording_has_a_checksum_and_no_folder_is_made_by_asking(store: RunStore) -> None:
+    record = store.create(SHORT_PLAN, CRACK)
+    assert not store.has_recording(record.id)
+    assert list((store.root / "runs").iterdir()) == []
+    store.save_recording(record.id, lambda path: path.write_bytes(b"RRF2 and so on") and None)
+    assert store.has_recording(record.id)
+    store.recording_path(record.id).write_bytes(b"RRF2 and so oN")
+    assert not store.has_recording(record.id)
+
+
+@pytest.mark.parametrize(
+    ("column", "value"),
+    [("created", "yesterday"), ("created", "9999-12-31T00:00:00+00:00"), ("status", "lost"),
+     ("attempts", "many"), ("plan", "[" * 100_000), ("fault", "[]"), ("top_probability", "x")],
+)  # fmt: skip
+def test_a_bad_row_hides_no_other(store: RunStore, column: str, value: str) -> None:
+    good, bad = store.create(SHORT_PLAN, CRACK), store.create(SHORT_PLAN, CRACK)
+    with store.writing() as index:
+        index.execute(f"UPDATE runs SET {column} = ? WHERE id = ?", [value, bad.id])
+    assert store.records() == [good]
+    with pytest.raises(StoreError, match=f"{bad.id} cannot be read by this version"):
+        store.get(bad.id)

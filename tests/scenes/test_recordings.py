@@ -26,6 +26,8 @@ from core.fmea.fault import Fault
 from core.jobs.events import SAMPLE_STRIDE
 from core.jobs.store import RunStore
 from core.paths import ROOT
+from core.report.case import open_case
+from core.report.grounded import grounded_template
 from core.twin.trajectory import Pair, Trajectory
 
 SCALARS = "Scalars:scalars"
@@ -226,7 +228,9 @@ def test_a_live_recording_grows_and_then_is_a_file(
     assert "81.0%" in text_of(streamed)
     assert sum(map(len, parts)) < 3e6
 
-    write_recording(store.recording_path(run), flown.pair, flown.plan, flown.fault, diagnosis)
+    store.save_recording(
+        run, lambda path: write_recording(path, flown.pair, flown.plan, flown.fault, diagnosis)
+    )
     stored = httpx.get(url)
     assert stored.content == store.recording_path(run).read_bytes()
     assert httpx.head(url).headers["access-control-allow-origin"] == "*"
@@ -249,6 +253,30 @@ def test_a_cancelled_run_still_shows_what_was_flown(
     content = httpx.get(f"{site.url}/recordings/{run}.rrd").content
     assert content == b"".join(recording._chunks)
     assert len(recording._chunks) == 2
+
+
+def test_a_recording_that_was_lost_or_damaged_is_made_again(
+    site: Site, store: RunStore, flown: Flown, diagnosis: Diagnosis
+) -> None:
+    run = store.create(flown.plan, flown.fault).id
+    store.save_pair(run, flown.pair)
+    store.save_result(run, diagnosis, grounded_template(open_case(diagnosis)))
+    url, path = f"{site.url}/recordings/{run}.rrd", store.recording_path(run)
+    whole = httpx.get(url).content
+    assert whole == path.read_bytes()
+    damaged = whole[:5000] + bytes([whole[5000] ^ 1]) + whole[5001:]
+    for harm in (lambda: path.write_bytes(damaged), path.unlink):
+        harm()
+        again = httpx.get(url).content
+        assert again == path.read_bytes() != damaged
+        assert store.has_recording(run)
+    path.unlink()
+    parquet = path.with_name("run.parquet")
+    content = parquet.read_bytes()
+    parquet.write_bytes(content[:5000] + bytes([content[5000] ^ 1]) + content[5001:])
+    answer = httpx.get(url)
+    assert answer.status_code == 404
+    assert "run.parquet is damaged (checksum); fly it again" in answer.text
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """The keeper of mystery flights: what it tells, and when."""
 
 import json
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -100,3 +101,17 @@ def test_names_that_name_nothing_are_refused(store: RunStore) -> None:
     for name in ("", "..", "../index.sqlite", "20261123T061500-k3x9q2wz"):
         with pytest.raises(StoreError, match="no mystery flight"):
             room.get(name)
+
+
+def test_a_damaged_attempt_hides_no_other(store: RunStore) -> None:
+    room = Classroom(store, fly)
+    first, second = (room.start(Challenge(modes=("nominal",)), "ann").id for _ in range(2))
+    (store.root / "teach" / second / "attempt.json").write_text("[" * 100_000)
+    assert [attempt.id for attempt in room.attempts("ann")] == [first]
+
+
+def test_a_store_that_was_removed_does_not_come_back_with_a_mystery_alone(store: RunStore) -> None:
+    shutil.rmtree(store.root)
+    with pytest.raises(StoreError, match="was removed or replaced"):
+        Classroom(store, fly).start(Challenge(modes=("nominal",)), "ann")
+    assert not store.root.exists()
