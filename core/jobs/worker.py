@@ -32,7 +32,7 @@ from core.jobs.events import (
 from core.jobs.extremes import Array32, Seconds
 from core.jobs.live import Inbox, LiveFlight
 from core.report.grounded import GroundedReport
-from core.twin.actions import Action, in_order
+from core.twin.actions import Action, done_by, in_order
 from core.twin.plan import DT_S, Conditions, Plan
 from core.twin.trajectory import Pair
 
@@ -59,7 +59,7 @@ _WARM_UP_FAULT = Fault("baffle_crack", onset_s=10.0)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RunResult:
-    """What a run comes to."""
+    """What a run comes to; ``actions`` are those that took effect before its end."""
 
     pair: Pair
     diagnosis: Diagnosis
@@ -79,7 +79,13 @@ def fly_run(
     """
     listed = tuple(actions)
     blocks = _blocks(plan, fault, listed)
-    return replace(_followed(run_id, plan.conditions, blocks, emit), actions=listed)
+    return _with_actions(_followed(run_id, plan.conditions, blocks, emit), listed)
+
+
+def _with_actions(result: RunResult, actions: Iterable[Action]) -> RunResult:
+    """A result with those of the actions that the flight lasted for."""
+    end_s = float(result.pair.faulted.time_s[-1])
+    return replace(result, actions=done_by(actions, end_s))
 
 
 def _followed(
@@ -175,7 +181,7 @@ def live_task(key: str, run_id: str, plan: Plan, fault: Fault) -> RunResult | Fa
             )
             with closing(flight.blocks()) as blocks:
                 result = _followed(run_id, plan.conditions, blocks, line.emit)
-            return replace(result, actions=in_order(flight.actions, plan))
+            return _with_actions(result, in_order(flight.actions, plan))
 
     secede()
     return _outcome(run_id, fly)

@@ -31,7 +31,7 @@ from core.twin.constants import CRUISE_MIXTURE, CRUISE_PSF
 from core.twin.hand import STILL, Drift, Hand
 from core.twin.pilot import Pilot, Targets
 from core.twin.plan import DT_S, Leg, Plan, Weather
-from core.twin.trajectory import STATE_INDEX, STATE_NAMES
+from core.twin.trajectory import GROUND_FT, STATE_INDEX, STATE_NAMES
 
 Array = NDArray[np.float64]
 
@@ -86,8 +86,8 @@ def _aircraft_folder() -> tempfile.TemporaryDirectory[str]:
 
     The aircraft file comes from the installed JSBSim and is not copied into this repository. Its
     wheels and skids are left out: off the ground they change no bit of a flight, and looking for
-    the ground under each of them takes a fifth of JSBSim's time. There is no landing here; a
-    flight that comes down to sea level says so (``core.twin.events``).
+    the ground under each of them takes a fifth of JSBSim's time. There is no landing here: a
+    flight that comes down to sea level is over.
     """
     root = Path(jsbsim.get_default_root_dir())
     original = ElementTree.parse(root / "aircraft" / "c172p" / "c172p.xml")
@@ -226,6 +226,7 @@ class Aircraft:
     def fly(self, n_steps: int, on_tick: Callable[[Drivers], EngineFactors] | None = None) -> Array:
         """Fly ``n_steps`` and return the states before each step, (n_steps, states).
 
+        They end with the first at `GROUND_FT` or below, if the aircraft comes down to it.
         ``on_tick`` is called every `TICK_S` with what the engine does and returns what to correct
         on it.
         """
@@ -238,12 +239,14 @@ class Aircraft:
             record(row)
             if has_ticks and step % STEPS_PER_TICK == 0:
                 self._tick(on_tick(_drivers(row)) if on_tick else HEALTHY)
+            if row[_ALTITUDE] <= GROUND_FT:
+                break
             run()
-        states: Array = np.frombuffer(raw).reshape(n_steps, len(reads)) * _SCALE
+        states: Array = np.frombuffer(raw).reshape(-1, len(reads)) * _SCALE
         states += _OFFSET
         if self._drift is not None:
-            states += (self._flown + np.arange(n_steps))[:, None] * self._drift
-        self._flown += n_steps
+            states += (self._flown + np.arange(len(states)))[:, None] * self._drift
+        self._flown += len(states)
         return states
 
     def told(self, leg: Leg, tick: int) -> None:
@@ -282,7 +285,9 @@ class Aircraft:
         self._lever = self._leaned(targets.mixture) * (1.0 + drift.mixture)
 
 
-_RPM, _QBAR, _IAS = (STATE_INDEX[name] for name in ("rpm", "qbar_psf", "ias_kt"))
+_RPM, _QBAR, _IAS, _ALTITUDE = (
+    STATE_INDEX[name] for name in ("rpm", "qbar_psf", "ias_kt", "altitude_ft")
+)
 
 
 def _drivers(row: list[float]) -> Drivers:
