@@ -8,6 +8,11 @@ JSBSim's c172p has power to spare. What keeps a nominal flight inside the limits
 that its throttle is set by trimming for the plan's airspeed, and that a speed which takes the
 engine past its red line (``core.channels``) is refused at the start. On later legs the throttle
 may still be opened too far: such a flight is not refused but says so (``core.twin.events``).
+
+The autopilot's loops are tuned for an engine that gives what they ask. One that has failed does
+not: integrals wind up, and a capture that ends by the clock leaves them where they are. So as soon
+as somebody acts on a flight it is guarded: integrals stand still at the stops, the throttle stops
+at the red line, and a capture lasts until it is one (`Pilot`). Until then no byte differs.
 """
 
 import tempfile
@@ -29,7 +34,7 @@ from core.paths import ASSETS
 from core.twin.conditions import FUEL_LB, Setting
 from core.twin.constants import CRUISE_MIXTURE, CRUISE_PSF
 from core.twin.hand import STILL, Drift, Hand
-from core.twin.pilot import Pilot, Targets
+from core.twin.pilot import Pilot, Targets, Where
 from core.twin.plan import DT_S, Leg, Plan, Weather
 from core.twin.trajectory import GROUND_FT, STATE_INDEX, STATE_NAMES
 
@@ -75,6 +80,10 @@ _STEERING_PROPERTIES = (
     "ap/target-altitude-ft", "ap/target-climb-fps", "ap/target-speed-kt", "ap/target-heading-rad",
     "ap/capture", "ap/speed-hold", "ap/power-for-climb-fps",
 )  # fmt: skip
+
+_TRIM_OFFSET_RAD = (-0.15, 0.20)
+_THROTTLE_OFFSET_NORM = (-0.7, 0.3)
+"""Between what the two integrals are held in the autopilot while nobody has acted."""
 
 _SCALE = np.array([factor for _, factor, _ in _STATE_PROPERTIES])
 _OFFSET = np.array([offset for _, _, offset in _STATE_PROPERTIES])
@@ -164,6 +173,8 @@ class Aircraft:
         self._steering = [self._node(name) for name in _STEERING_PROPERTIES]
         self._lever = self._leaned(CRUISE_MIXTURE)
         self._always_holds_speed = plan.power == "speed_hold"
+        self._is_guarded = self._is_capturing = self._captured_broken = False
+        self._to_restart: set[str] = set()
 
     def _node(self, name: str) -> jsbsim.FGPropertyNode:
         node = self._manager.get_node(name)
@@ -251,9 +262,45 @@ class Aircraft:
 
     def told(self, leg: Leg, tick: int) -> None:
         """Have the pilot take up new targets at ``tick``, which is flown next."""
+        self.guard(tick).told(leg)
+
+    def recover(self, tick: int) -> None:
+        """Fly on from here at ``tick``, the engine being repaired: loops start again."""
+        pilot = self.guard(tick)
+        if self._captured_broken:
+            self._to_restart.add(_PITCH)
+        if self._holds_speed:
+            self._to_restart.add(_THROTTLE)
+        pilot.recover(self._where(), finds_power=self._captured_broken)
+
+    def guard(self, tick: int) -> Pilot:
+        """Have it guarded from ``tick`` on; what has wound up by then starts again."""
         if self._pilot is None:
             self._pilot = Pilot(self._plan, tick)
-        self._pilot.told(leg)
+        if not self._is_guarded:
+            self._is_guarded = True
+            if not _is_between(self._executive["ap/trim-offset-rad"], _TRIM_OFFSET_RAD):
+                self._to_restart.add(_PITCH)
+            if not self._holds_speed:
+                self._keep_power()
+            elif not _is_between(self._executive["ap/throttle-offset-norm"], _THROTTLE_OFFSET_NORM):
+                self._to_restart.add(_THROTTLE)
+            self._executive["ap/throttle-offset-least-norm"] = -1.0
+            self._executive["ap/throttle-offset-most-norm"] = 1.0
+            self._executive["ap/guarded"] = 1.0
+        return self._pilot
+
+    @property
+    def _holds_speed(self) -> bool:
+        return self._is_capturing or self._always_holds_speed
+
+    def _where(self) -> Where:
+        return Where(self._reads[_ALTITUDE](), self._reads[_IAS]())
+
+    def _keep_power(self) -> None:
+        """Make the throttle as it is the one to be held."""
+        self._executive["ap/trim-throttle-norm"] += self._executive["ap/throttle-offset-norm"]
+        self._to_restart.add(_THROTTLE)
 
     def correct(self, factors: EngineFactors) -> None:
         """Let the engine run with these corrections."""
@@ -267,8 +314,28 @@ class Aircraft:
 
     def _tick(self, factors: EngineFactors) -> None:
         if self._pilot is not None:
-            self._steer(self._pilot.next(), self._hand.next() if self._hand else STILL)
+            targets = self._pilot.next(self._where() if self._is_guarded else None)
+            self._follow(self._pilot, targets.capturing, is_broken=factors != HEALTHY)
+            self._steer(targets, self._hand.next() if self._hand else STILL)
         self.correct(factors)
+
+    def _follow(self, pilot: Pilot, is_capturing: bool, *, is_broken: bool) -> None:
+        """Keep the books of captures: what they found, and whether with a broken engine."""
+        if is_capturing and not self._is_capturing:
+            self._captured_broken = False
+        if is_capturing and is_broken:
+            self._captured_broken = True
+        ends = self._is_capturing and not is_capturing
+        self._is_capturing = is_capturing
+        if not self._is_guarded:
+            return
+        if ends and not self._always_holds_speed:
+            if pilot.finds_power:
+                self._keep_power()
+            self._to_restart.add(_THROTTLE)
+        for name in (_PITCH, _THROTTLE):
+            self._executive[name] = float(name in self._to_restart)
+        self._to_restart.clear()
 
     def _steer(self, targets: Targets, drift: Drift) -> None:
         values = (
@@ -288,6 +355,11 @@ class Aircraft:
 _RPM, _QBAR, _IAS, _ALTITUDE = (
     STATE_INDEX[name] for name in ("rpm", "qbar_psf", "ias_kt", "altitude_ft")
 )
+_PITCH, _THROTTLE = "ap/restart-pitch", "ap/restart-throttle"
+
+
+def _is_between(value: float, limits: tuple[float, float]) -> bool:
+    return limits[0] < value < limits[1]
 
 
 def _drivers(row: list[float]) -> Drivers:

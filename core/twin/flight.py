@@ -53,12 +53,17 @@ class _Flight:
     def change(self, fault: Fault, tick: int) -> None:
         """Have that fault and no other from ``tick`` on, which is flown next."""
         had = self._fault
+        was_broken = had is not None and had.is_active and had.reaches_engine
         if had is not None and had.is_active and fault.severity > 0.0 and _same(had.fault, fault):
             had.regrade(fault.severity)
+            if self._aircraft is not None and was_broken:
+                self._aircraft.guard(tick)
             return
         self._fault = self._begun(fault, tick)
         if self._aircraft is not None:
             self._aircraft.correct(HEALTHY)
+            if was_broken:
+                self._aircraft.recover(tick)
 
     def advance(self, time_s: Array, noise: Array, path: Array | None = None) -> Trajectory:
         """Fly the samples at ``time_s`` (n,) under ``noise`` (n, 23), along ``path`` if given.
