@@ -32,6 +32,7 @@
     const begins = message.key !== flight.key || (message.start ?? 0) > flight.count;
     if (begins) flight = emptyFlight(message);
     flight.onset_s = message.onset_s; // in a live flight it comes when it comes
+    flight.duration_s = message.duration_s; // the ground may end it before its plan does
     flight.drawn = [];
     if (message.whole) replace(message);
     else if (message.time_s && message.start <= flight.count) extend(message);

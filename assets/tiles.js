@@ -411,10 +411,12 @@
   // Draws a message and returns how much of which flight the page now holds.
   function showFlight(message, specs) {
     if (!message || !specs || !document.getElementById("tile-0")) return { key: null, count: 0 };
+    const planned_s = flight().duration_s;
     const begins = flight().take(message);
     build(specs);
     for (const tile of tiles) tile.stale = true;
     if (begins) moment().begin();
+    else if (flight().duration_s !== planned_s) moment().zoomTo(null);
     for (const tile of tiles) if (tile.inView) tile.draw();
     drawStaleWhenIdle();
     document.dispatchEvent(new CustomEvent("flightchanged"));

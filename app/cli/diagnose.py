@@ -8,7 +8,8 @@ from app.cli.output import note, print_json, stdout
 from core.errors import InputError, StoreError
 
 if TYPE_CHECKING:
-    from core.diagnosis.diagnosis import Diagnosis
+    from core.diagnosis.diagnosis import Diagnosis, Intervention
+    from core.twin.actions import Action
     from core.twin.plan import Plan
     from core.twin.trajectory import Pair
 
@@ -51,7 +52,9 @@ def run(args: argparse.Namespace) -> None:
     from core.diagnosis.predict import load_diagnoser
 
     conditions = args.conditions or (plan.conditions if plan is not None else "lab")
-    diagnosis = load_diagnoser(args.residual, conditions=conditions).diagnose(pair, plan)
+    known = read_interventions(args.folder, pair)
+    diagnoser = load_diagnoser(args.residual, conditions=conditions)
+    diagnosis = diagnoser.diagnose(pair, plan, interventions=known)
     if plan is not None and plan.conditions != diagnosis.conditions:
         note(
             f"this flight was flown in {plan.conditions} conditions, and {diagnosis.model} has "
@@ -64,22 +67,40 @@ def run(args: argparse.Namespace) -> None:
 
 
 def read_plan(folder: Path) -> "Plan | None":
-    """What was commanded, from ``run.json``; None where that is not told. No more is read.
+    """What was commanded, from ``run.json``; None where that is not told.
 
     Raises `InputError` if it is a plan that cannot be flown, or the file is damaged.
     """
+    from core.twin.actions import commanded
+
+    plan, actions = _read_run(folder)
+    return None if plan is None else commanded(plan, actions)
+
+
+def read_interventions(folder: Path, pair: "Pair") -> "tuple[Intervention, ...]":
+    """Repairs and new targets, from ``run.json``, and where the flight met the ground.
+
+    Which fault was injected is not among them. Raises `InputError` as `read_plan` does.
+    """
+    from core.diagnosis.interventions import interventions
+
+    return interventions(_read_run(folder)[1], pair.ground_s)
+
+
+def _read_run(folder: Path) -> "tuple[Plan | None, tuple[Action, ...]]":
+    """The plan and the actions in ``run.json``; neither where there is none."""
     from core.jobs.files import read_json
-    from core.twin.actions import commanded, read_action
+    from core.twin.actions import read_action
     from core.twin.plan import Plan
 
     if not (folder / "run.json").exists():
-        return None
+        return None, ()
     try:
         values = read_json(folder / "run.json")
         if "plan" not in values:
-            return None
-        plan, actions = values["plan"], list(values.get("actions", ()))
-        return commanded(Plan.from_dict(plan), map(read_action, actions))
+            return None, ()
+        actions = tuple(map(read_action, values.get("actions", ())))
+        return Plan.from_dict(values["plan"]), actions
     except StoreError as error:
         raise InputError(
             "DIR", f"{error}. Without it, lab conditions are assumed: remove it if that is right"

@@ -96,14 +96,14 @@ def _exported(args: argparse.Namespace, writer: "Writer") -> "Exported":
 
 
 def _from_folder(folder: Path) -> "_Read":
-    from app.cli.diagnose import read_pair, read_plan
+    from app.cli.diagnose import read_interventions, read_pair, read_plan
     from core.diagnosis.predict import load_diagnoser
     from core.experiments.provenance import provenance
 
     pair, plan = read_pair(folder), read_plan(folder)
     identity = {"Run": folder.name, "Version": f"MirrorTwin {provenance()['mirrortwin']}"}
     diagnoser = load_diagnoser(conditions="lab" if plan is None else plan.conditions)
-    diagnosis = diagnoser.diagnose(pair)
+    diagnosis = diagnoser.diagnose(pair, interventions=read_interventions(folder, pair))
     return identity, pair, diagnosis, _outcome(folder, diagnosis)
 
 

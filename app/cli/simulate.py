@@ -73,9 +73,11 @@ def run(args: argparse.Namespace) -> None:
     out = writable_folder(args.out)
     with progress("flying") as show:
         pair = _flown(plan, fault, actions, show)
+    actions = _done(actions, pair)
     files = _write(out, pair, plan, fault, actions)
     if args.json:
-        summary = {"plan": plan.to_dict(), "fault": fault.to_dict(), "samples": len(pair.mirror)}
+        summary = {"plan": plan.to_dict(), "fault": fault.to_dict(), "samples": len(pair.mirror),
+                   "ground_s": pair.ground_s}  # fmt: skip
         print_json(summary | {"files": [str(path) for path in files]})
         return
     for path in files:
@@ -87,6 +89,21 @@ def _requested_actions(path: Path | None, plan: "Plan") -> "tuple[Action, ...]":
     from core.twin.actions import in_order, load_actions
 
     return () if path is None else in_order(load_actions(path), plan)
+
+
+def _done(actions: "tuple[Action, ...]", pair: "Pair") -> "tuple[Action, ...]":
+    """The actions that were done; says so if the ground has ended the flight before its plan."""
+    from core.twin.actions import done_by
+
+    done = done_by(actions, float(pair.mirror.time_s[-1]))
+    if pair.ground_s is not None:
+        note(
+            f"The flight ends at {pair.ground_s:.1f} s: the aircraft met the ground "
+            "(sea level; no terrain is simulated)"
+        )
+    if len(done) < len(actions):
+        note(f"Left out, for the flight was over: {len(actions) - len(done)} of the actions")
+    return done
 
 
 def _flown(

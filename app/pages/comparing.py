@@ -177,9 +177,11 @@ def _flown(record: RunRecord, label: str, names: Sequence[str], store: RunStore)
     columns = store.load_columns(
         record.id, ["time_s", *(side + name for side in sides for name in names)]
     )
+    end_s = float(columns["time_s"][-1])
+    is_whole = len(columns["time_s"]) >= record.plan.n_steps
     return Flown(
         label=label,
-        duration_s=record.plan.duration_s,
+        duration_s=record.plan.duration_s if is_whole else end_s,
         onset_s=None if fault is None else fault.onset_s,
         time_s=columns["time_s"],
         faulted={name: columns[f"faulted.{name}"] for name in names},

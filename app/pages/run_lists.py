@@ -12,9 +12,13 @@ SHOWN_EVENTS = 4
 
 
 def event_list(found: Sequence[FlightEvent]) -> html.Ul | None:
-    """What a pilot would report of the faulted flight, the first few in the order of time."""
+    """What a pilot would report of the faulted flight, the first few in the order of time.
+
+    The ground comes before all else: it is why the flight is shorter than its plan.
+    """
     if not found:
         return None
+    found = sorted(found, key=lambda event: event.kind != "ground")
     lines = [html.Li(event_line(event)) for event in found[:SHOWN_EVENTS]]
     if len(found) > SHOWN_EVENTS:
         lines.append(html.Li(f"and {len(found) - SHOWN_EVENTS} more"))

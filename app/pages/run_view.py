@@ -45,6 +45,9 @@ from core.twin.trajectory import Pair
 STRIP_FRAMES = 20
 """The heat strip is drawn anew this often at most: each time costs 19 kB."""
 
+LAST_SAMPLE_S = 0.5
+"""A flight has been flown whose last sample is that close to its end: the last at 5 Hz is 0.2 s."""
+
 JUDGED_S = 1.0
 """So long an answer stands at least while the flight goes on: each costs 25 kB and a drawing."""
 
@@ -147,6 +150,8 @@ class RunView:
                     updates += self._state("cancelled")
                 case events.Finished():
                     updates += self._state("done")
+                    if self._left:
+                        updates += self._ended(self._flown_s())
         if flown and self._left:
             updates += self._flown()
         if not self._is_judged and (self._is_paused or time.monotonic() >= self._judge_at_s):
@@ -189,8 +194,20 @@ class RunView:
 
     def tiles(self, time_s: Array, faulted: Array32, mirror: Array32) -> list[Update]:
         """All channels of the finished flight, (n,) and (n, 23), every spike of the 50 Hz kept."""
+        ended = self._ended(float(time_s[-1]))
         whole = decimated(time_s, faulted, mirror)
-        return [Update("flight", "data", self._tiles | {"whole": whole})]
+        return [Update("flight", "data", self._tiles | {"whole": whole}), *ended]
+
+    def _ended(self, end_s: float) -> list[Update]:
+        """All that is drawn against time as long as the flight, if the ground has cut its plan."""
+        planned_s = self.record.plan.duration_s
+        if end_s > planned_s - LAST_SAMPLE_S:
+            return []
+        self.duration_s = self._tiles["duration_s"] = end_s
+        return [
+            Update("scrub", "max", end_s),
+            Update("stage", "children", f"{clock(end_s)} of {clock(planned_s)}"),
+        ]
 
     def strip(self, time_s: Array, faulted: Array32, mirror: Array32) -> list[Update]:
         """The residuals of the same in sigma."""

@@ -34,7 +34,6 @@ STATUS_WORDS: dict[Status, str] = {
 _EVENT_NAMES = {
     "stall": "stall, angle of attack",
     "lost_control": "control lost, bank",
-    "ground": "below sea level, where there is no ground to meet, altitude",
 }
 
 
@@ -118,8 +117,18 @@ def percent(share: float) -> str:
     return f"{100 * share:.1f} %" if share >= 0.0005 else "< 0.1 %"
 
 
+def ground_line(ground_s: float) -> str:
+    """How a flight ends that meets the ground."""
+    return (
+        f"The flight ends at {clock(ground_s)}: the aircraft met the ground "
+        "(sea level; no terrain is simulated)"
+    )
+
+
 def event_line(event: FlightEvent) -> str:
-    """An excursion of a flight: when, what and how far."""
+    """An excursion of a flight: when, what and how far; or its end on the ground."""
+    if event.kind == "ground":
+        return ground_line(event.start_s)
     unit = unit_label(event.unit)
     times = f"{clock(event.start_s)} to {clock(event.end_s)}"
     if event.kind in _EVENT_NAMES:

@@ -22,7 +22,7 @@ LEADERS = 5
 LEAST_SHARE = 0.0005
 """What reads as 0.0 % is not shown."""
 
-EVENT_LABELS = {"stall": "Stall", "lost_control": "Control lost", "ground": "Below sea level"}
+EVENT_LABELS = {"stall": "Stall", "lost_control": "Control lost", "ground": "Meets the ground"}
 
 
 class Mark(TypedDict):
@@ -72,7 +72,8 @@ def action_marks(lines: Sequence[tuple[float, str]]) -> list[Mark]:
 
 def limit_marks(events: Sequence[FlightEvent]) -> list[Mark]:
     """Every excess of a limit, and what else a pilot would report, in the order of time."""
-    longest = sorted(events, key=lambda event: event.start_s - event.end_s)[:MOST_EXCESSES]
+    by_length = sorted(events, key=lambda event: event.start_s - event.end_s)
+    longest = sorted(by_length, key=lambda event: event.kind != "ground")[:MOST_EXCESSES]
     return [
         _mark("limit", event.start_s, _excess(event), event.end_s, event.kind)
         for event in sorted(longest, key=lambda event: event.start_s)

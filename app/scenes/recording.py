@@ -31,7 +31,7 @@ from core.errors import StoreError
 from core.fmea.catalogue import catalogue
 from core.fmea.fault import Fault
 from core.jobs.files import whole_file
-from core.twin.plan import Plan
+from core.twin.plan import DT_S, Plan
 from core.twin.trajectory import Pair
 
 APPLICATION = "mirrortwin"
@@ -60,7 +60,9 @@ def write_recording(
     settings = json.dumps([plan.to_dict(), fault.to_dict()], sort_keys=True)
     log = RunLog(hashlib.sha256(settings.encode()).hexdigest()[:16])
     faulted, mirror = Poses.of_flight(pair.faulted), Poses.of_flight(pair.mirror)
-    log.begin(plan, geometry.lowest_ft(faulted, mirror))
+    # The ground may have ended it before its plan did.
+    flown_s = min(plan.duration_s, len(pair.mirror) * DT_S)
+    log.begin(plan, geometry.lowest_ft(faulted, mirror), flown_s)
     log.describe(plan, fault, diagnosis)
     log.poses(faulted, mirror)
     log.paths(faulted, mirror, growing=False)
@@ -109,18 +111,20 @@ class RunLog:
         del self._recording, self._bytes
         rerun_bindings.flush_and_cleanup_orphaned_recordings()
 
-    def begin(self, plan: Plan, lowest_ft: float) -> None:
+    def begin(self, plan: Plan, lowest_ft: float, flown_s: float | None = None) -> None:
         """Log what does not change: layout, aircraft, names and colours of the channels.
 
-        ``lowest_ft``: the lowest altitude known so far; the ground is drawn below it.
+        ``lowest_ft``: the lowest altitude known so far; the ground is drawn below it. ``flown_s``:
+        how long the flight is, as long as its plan where that is not known.
         """
+        flown_s = plan.duration_s if flown_s is None else flown_s
         self._origin_ft = plan.altitude_ft
         self._floor_km = drawn_height(geometry.floor_ft(lowest_ft), self._origin_ft).item()
-        stage = geometry.expected_points(Poses.start(plan), plan.duration_s)
+        stage = geometry.expected_points(Poses.start(plan), flown_s)
         lowest = drawn_height(lowest_ft, self._origin_ft)
         stage[:, 2] = np.minimum(stage[:, 2], np.where(stage[:, 2] < 0.0, lowest, stage[:, 2]))
         camera = geometry.framed(stage, plan.heading_deg, _VIEWER_ASPECT, _VIEWER_FOV)
-        _send_blueprint(self._recording, blueprint(camera, self._floor_km, plan.duration_s))
+        _send_blueprint(self._recording, blueprint(camera, self._floor_km, flown_s))
         self._static("/scene", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
         scale = geometry.wingspan_km(camera) / WINGSPAN_M
         for name, paint in _PAINTS.items():

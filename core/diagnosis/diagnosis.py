@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 Array32 = NDArray[np.float32]
 
-InterventionKind = Literal["repair", "target"]
+InterventionKind = Literal["repair", "target", "ground"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,7 @@ class Evidence:
 
 @dataclass(frozen=True, slots=True)
 class Intervention:
-    """What everybody in the hangar knows was done on the way: the engine repaired, new targets.
+    """What everybody in the hangar knows of a flight: repairs, new targets, an end on the ground.
 
     An injected fault is none: a diagnosis must not know it. ``targets`` is what the crew was given.
     """

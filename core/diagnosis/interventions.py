@@ -6,9 +6,11 @@ from core.diagnosis.diagnosis import Intervention
 from core.twin.actions import Action, Repair, SetTarget
 
 
-def interventions(actions: Iterable[Action]) -> tuple[Intervention, ...]:
-    """The repairs and new targets among ``actions``, in order."""
-    known = []
+def interventions(
+    actions: Iterable[Action], ground_s: float | None = None
+) -> tuple[Intervention, ...]:
+    """The repairs and new targets among ``actions``, and the end on the ground, in order."""
+    known = [] if ground_s is None else [Intervention(ground_s, "ground")]
     for action in actions:
         match action:
             case Repair():

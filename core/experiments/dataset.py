@@ -150,7 +150,7 @@ def fly_run(run: PlannedRun) -> FlownRun:
     """
     pair = fly_pair(run.plan, run.fault)
     departure_row = _departure_row(run, pair)
-    rows = _kept_rows(run, departure_row)
+    rows = _kept_rows(run, departure_row, len(pair.faulted))
     kept = pair[rows]
     channels = np.stack([kept.faulted.channels, kept.mirror.channels])
     return FlownRun(rows.start, departure_row, channels)
@@ -167,15 +167,17 @@ def _departure_row(run: PlannedRun, pair: Pair) -> int | None:
     departure_row = None
     for duration_s in (run.fault.onset_s + SOON_S, run.plan.duration_s):
         healthy = fly(replace(run.plan, duration_s=min(duration_s, run.plan.duration_s)))
-        flown = pair.faulted.channels[: len(healthy)]
-        departure_row = first_departure(flown - healthy.channels)
+        n = min(len(pair.faulted), len(healthy))  # the ground may end either
+        departure_row = first_departure(pair.faulted.channels[:n] - healthy.channels[:n])
         if departure_row is not None:
             break
     return departure_row
 
 
-def _kept_rows(run: PlannedRun, departure_row: int | None) -> slice:
+def _kept_rows(run: PlannedRun, departure_row: int | None, n_rows: int) -> slice:
     """From 30 s before the onset to 120 s after the fault shows, widened to the 5 s grid.
+
+    ``n_rows`` is the length of the flight, which the ground may have ended before its plan did.
 
     Being on the grid, the stretch holds the very windows that a diagnosis of the whole flight
     reads; a defect that takes its time (a rivet's first release, say) is followed to its end.
@@ -184,7 +186,7 @@ def _kept_rows(run: PlannedRun, departure_row: int | None) -> slice:
     shown_row = onset_row if departure_row is None else departure_row
     start = max(0, (onset_row - WINDOW_STEPS) // STRIDE_STEPS * STRIDE_STEPS)
     stop = -(-(shown_row + EFFECTIVE_STEPS) // STRIDE_STEPS) * STRIDE_STEPS
-    return slice(start, min(stop, run.plan.n_steps))
+    return slice(start, min(stop, n_rows))
 
 
 def generate(

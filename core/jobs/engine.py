@@ -13,7 +13,6 @@ from typing import IO, TYPE_CHECKING, TypeVar
 from distributed import CancelledError, Client, Future, KilledWorker
 
 from core.diagnosis.diagnosis import Diagnosis
-from core.diagnosis.interventions import interventions
 from core.errors import InputError, StoreError, WorkerError
 from core.fmea.fault import Fault
 from core.jobs.cluster import Cluster
@@ -156,7 +155,7 @@ class Engine:
                 pair,
                 commanded(record.plan, record.actions),
                 residual,
-                interventions(record.actions),
+                record.actions,
                 pure=False,
                 priority=10,
             )

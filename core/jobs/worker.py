@@ -7,14 +7,14 @@ import secrets
 import signal
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing, suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from distributed import Worker, WorkerPlugin, get_worker, secede
 
-from core.diagnosis.diagnosis import Diagnosis, Intervention
+from core.diagnosis.diagnosis import Diagnosis
 from core.errors import MirrorTwinError
 from core.fmea.fault import Fault
 from core.jobs.events import (
@@ -32,7 +32,7 @@ from core.jobs.events import (
 from core.jobs.extremes import Array32, Seconds
 from core.jobs.live import Inbox, LiveFlight
 from core.report.grounded import GroundedReport
-from core.twin.actions import Action, in_order
+from core.twin.actions import Action, done_by, in_order
 from core.twin.plan import DT_S, Conditions, Plan
 from core.twin.trajectory import Pair
 
@@ -59,7 +59,7 @@ _WARM_UP_FAULT = Fault("baffle_crack", onset_s=10.0)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RunResult:
-    """What a run comes to."""
+    """What a run comes to; ``actions`` are those that took effect before its end."""
 
     pair: Pair
     diagnosis: Diagnosis
@@ -79,8 +79,7 @@ def fly_run(
     """
     listed = tuple(actions)
     blocks = _blocks(plan, fault, listed)
-    result = _followed(run_id, plan.conditions, blocks, emit, lambda: listed)
-    return replace(result, actions=listed)
+    return _followed(run_id, plan.conditions, blocks, emit, lambda: listed)
 
 
 def _followed(
@@ -92,7 +91,8 @@ def _followed(
 ) -> RunResult:
     """What a flight comes to that goes on as it likes: blocks, and the share of it flown.
 
-    ``actions`` gives what was done on the way, once it is over.
+    ``actions`` gives what was asked for on the way, once it is over; what came after its end, on
+    the ground, was not done.
     """
     # Here and not above: the server imports this module too, and has no use for torch or JSBSim.
     from core.diagnosis.interventions import interventions
@@ -111,12 +111,14 @@ def _followed(
             emit(Probabilities(run_id, float(time_s), probabilities))
         emit(Progress(run_id, "flying", FLOWN * progress))
     emit(Progress(run_id, "diagnosing", FLOWN))
-    diagnosis = stream.finish(interventions(actions()))
+    pair = Pair.joined(blocks)
+    done = done_by(actions(), float(pair.faulted.time_s[-1]))
+    diagnosis = stream.finish(interventions(done, pair.ground_s))
     emit(Diagnosed(run_id, diagnosis))
     emit(Progress(run_id, "reporting", 0.95))
     report = grounded_template(open_case(diagnosis))
     emit(Reported(run_id, report))
-    return RunResult(Pair.joined(blocks), diagnosis, report)
+    return RunResult(pair, diagnosis, report, done)
 
 
 class _Line:
@@ -183,10 +185,13 @@ def live_task(key: str, run_id: str, plan: Plan, fault: Fault) -> RunResult | Fa
                 plan, fault, inbox, lambda done: line.emit(Acted(run_id, done)), line.stay
             )
             with closing(flight.blocks()) as blocks:
-                result = _followed(
-                    run_id, plan.conditions, blocks, line.emit, lambda: flight.actions
+                return _followed(
+                    run_id,
+                    plan.conditions,
+                    blocks,
+                    line.emit,
+                    lambda: in_order(flight.actions, plan),
                 )
-            return replace(result, actions=in_order(flight.actions, plan))
 
     secede()
     return _outcome(run_id, fly)
@@ -201,18 +206,20 @@ def fly_unseen_task(plan: Plan, fault: Fault) -> RunResult | Failed:
 
 
 def diagnose_task(
-    pair: Pair, plan: Plan, residual: "Residual", known: tuple[Intervention, ...]
+    pair: Pair, plan: Plan, residual: "Residual", actions: tuple[Action, ...]
 ) -> Diagnosis | Failed:
     """Diagnose a flown pair by one way to form residuals, as a Dask task.
 
-    ``known`` is what is known to have been done on the way.
+    Of the ``actions`` it learns what it may know.
 
     An error meant for the user comes back as a value, as in `fly_task`.
     """
+    from core.diagnosis.interventions import interventions
     from core.diagnosis.predict import load_diagnoser
 
     try:
         diagnoser = load_diagnoser(residual, conditions=plan.conditions)
+        known = interventions(actions, pair.ground_s)
         return diagnoser.diagnose(pair, plan, interventions=known)
     except MirrorTwinError as error:
         return Failed("", str(error), retryable=False)

@@ -224,7 +224,7 @@ def check_times(reading: Reading) -> Iterator[Checked]:
     if re.search(r"\bwindows?\b", reading.text, re.IGNORECASE):
         known = [case.stands_since_s] if case.stands_since_s is not None else []
         known += [item.first_s for item in case.later]
-    elif re.search(r"\b(?:repair\w*|targets?)\b", reading.text, re.IGNORECASE) and not named:
+    elif re.search(r"\b(?:repair\w*|targets?|ground)\b", reading.text, re.IGNORECASE) and not named:
         known = done
     elif (
         re.search(r"\b(?:parts?|departs?|onset|began|begins?|started)\b", reading.text)

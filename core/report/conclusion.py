@@ -154,6 +154,8 @@ def _interventions(case: Case) -> str:
         at = clock(item.time_s)
         if item.kind == "target":
             said.append(f"New targets for both aircraft at {at}: {item.targets}.")
+        elif item.kind == "ground":
+            said.append(f"The flight ends on the ground at {at}.")
         elif item.time_s == until_s:
             said.append(f"Repaired at {at}: nothing later is evidence.")
         else:

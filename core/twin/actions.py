@@ -120,6 +120,14 @@ def in_order(actions: Iterable[Action], plan: Plan) -> tuple[Action, ...]:
     return ordered
 
 
+def done_by(actions: Iterable[Action], end_s: float) -> tuple[Action, ...]:
+    """Those that took effect in a flight whose last sample is at ``end_s``: the ground may end it.
+
+    What was to come later is not part of the flight.
+    """
+    return tuple(action for action in actions if tick_of(action) * TICK_S <= end_s + 1e-6)
+
+
 def first_fault(fault: Fault, actions: Iterable[Action]) -> Fault | None:
     """The first fault that sets in, with its onset; None in a flight where none does."""
     planned = fault if fault.mode != "nominal" else None

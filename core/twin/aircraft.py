@@ -8,6 +8,11 @@ JSBSim's c172p has power to spare. What keeps a nominal flight inside the limits
 that its throttle is set by trimming for the plan's airspeed, and that a speed which takes the
 engine past its red line (``core.channels``) is refused at the start. On later legs the throttle
 may still be opened too far: such a flight is not refused but says so (``core.twin.events``).
+
+The autopilot's loops are tuned for an engine that gives what they ask. One that has failed does
+not: integrals wind up, and a capture that ends by the clock leaves them where they are. So as soon
+as somebody acts on a flight it is guarded: integrals stand still at the stops, the throttle stops
+at the red line, and a capture lasts until it is one (`Pilot`). Until then no byte differs.
 """
 
 import tempfile
@@ -29,9 +34,9 @@ from core.paths import ASSETS
 from core.twin.conditions import FUEL_LB, Setting
 from core.twin.constants import CRUISE_MIXTURE, CRUISE_PSF
 from core.twin.hand import STILL, Drift, Hand
-from core.twin.pilot import Pilot, Targets
+from core.twin.pilot import Pilot, Targets, Where
 from core.twin.plan import DT_S, Leg, Plan, Weather
-from core.twin.trajectory import STATE_INDEX, STATE_NAMES
+from core.twin.trajectory import GROUND_FT, STATE_INDEX, STATE_NAMES
 
 Array = NDArray[np.float64]
 
@@ -76,6 +81,10 @@ _STEERING_PROPERTIES = (
     "ap/capture", "ap/speed-hold", "ap/power-for-climb-fps",
 )  # fmt: skip
 
+_TRIM_OFFSET_RAD = (-0.15, 0.20)
+_THROTTLE_OFFSET_NORM = (-0.7, 0.3)
+"""Between what the two integrals are held in the autopilot while nobody has acted."""
+
 _SCALE = np.array([factor for _, factor, _ in _STATE_PROPERTIES])
 _OFFSET = np.array([offset for _, _, offset in _STATE_PROPERTIES])
 
@@ -86,8 +95,8 @@ def _aircraft_folder() -> tempfile.TemporaryDirectory[str]:
 
     The aircraft file comes from the installed JSBSim and is not copied into this repository. Its
     wheels and skids are left out: off the ground they change no bit of a flight, and looking for
-    the ground under each of them takes a fifth of JSBSim's time. There is no landing here; a
-    flight that comes down to sea level says so (``core.twin.events``).
+    the ground under each of them takes a fifth of JSBSim's time. There is no landing here: a
+    flight that comes down to sea level is over.
     """
     root = Path(jsbsim.get_default_root_dir())
     original = ElementTree.parse(root / "aircraft" / "c172p" / "c172p.xml")
@@ -164,6 +173,8 @@ class Aircraft:
         self._steering = [self._node(name) for name in _STEERING_PROPERTIES]
         self._lever = self._leaned(CRUISE_MIXTURE)
         self._always_holds_speed = plan.power == "speed_hold"
+        self._is_guarded = self._is_capturing = self._captured_broken = False
+        self._to_restart: set[str] = set()
 
     def _node(self, name: str) -> jsbsim.FGPropertyNode:
         node = self._manager.get_node(name)
@@ -226,6 +237,7 @@ class Aircraft:
     def fly(self, n_steps: int, on_tick: Callable[[Drivers], EngineFactors] | None = None) -> Array:
         """Fly ``n_steps`` and return the states before each step, (n_steps, states).
 
+        They end with the first at `GROUND_FT` or below, if the aircraft comes down to it.
         ``on_tick`` is called every `TICK_S` with what the engine does and returns what to correct
         on it.
         """
@@ -238,19 +250,57 @@ class Aircraft:
             record(row)
             if has_ticks and step % STEPS_PER_TICK == 0:
                 self._tick(on_tick(_drivers(row)) if on_tick else HEALTHY)
+            if row[_ALTITUDE] <= GROUND_FT:
+                break
             run()
-        states: Array = np.frombuffer(raw).reshape(n_steps, len(reads)) * _SCALE
+        states: Array = np.frombuffer(raw).reshape(-1, len(reads)) * _SCALE
         states += _OFFSET
         if self._drift is not None:
-            states += (self._flown + np.arange(n_steps))[:, None] * self._drift
-        self._flown += n_steps
+            states += (self._flown + np.arange(len(states)))[:, None] * self._drift
+        self._flown += len(states)
         return states
 
     def told(self, leg: Leg, tick: int) -> None:
         """Have the pilot take up new targets at ``tick``, which is flown next."""
+        self.guard(tick).told(leg)
+
+    def recover(self, tick: int) -> None:
+        """Fly on from here at ``tick``, the engine being repaired: loops start again."""
+        pilot = self.guard(tick)
+        if self._captured_broken:
+            self._to_restart.add(_PITCH)
+        if self._holds_speed:
+            self._to_restart.add(_THROTTLE)
+        pilot.recover(self._where(), finds_power=self._captured_broken)
+
+    def guard(self, tick: int) -> Pilot:
+        """Have it guarded from ``tick`` on; what has wound up by then starts again."""
         if self._pilot is None:
             self._pilot = Pilot(self._plan, tick)
-        self._pilot.told(leg)
+        if not self._is_guarded:
+            self._is_guarded = True
+            if not _is_between(self._executive["ap/trim-offset-rad"], _TRIM_OFFSET_RAD):
+                self._to_restart.add(_PITCH)
+            if not self._holds_speed:
+                self._keep_power()
+            elif not _is_between(self._executive["ap/throttle-offset-norm"], _THROTTLE_OFFSET_NORM):
+                self._to_restart.add(_THROTTLE)
+            self._executive["ap/throttle-offset-least-norm"] = -1.0
+            self._executive["ap/throttle-offset-most-norm"] = 1.0
+            self._executive["ap/guarded"] = 1.0
+        return self._pilot
+
+    @property
+    def _holds_speed(self) -> bool:
+        return self._is_capturing or self._always_holds_speed
+
+    def _where(self) -> Where:
+        return Where(self._reads[_ALTITUDE](), self._reads[_IAS]())
+
+    def _keep_power(self) -> None:
+        """Make the throttle as it is the one to be held."""
+        self._executive["ap/trim-throttle-norm"] += self._executive["ap/throttle-offset-norm"]
+        self._to_restart.add(_THROTTLE)
 
     def correct(self, factors: EngineFactors) -> None:
         """Let the engine run with these corrections."""
@@ -264,8 +314,28 @@ class Aircraft:
 
     def _tick(self, factors: EngineFactors) -> None:
         if self._pilot is not None:
-            self._steer(self._pilot.next(), self._hand.next() if self._hand else STILL)
+            targets = self._pilot.next(self._where() if self._is_guarded else None)
+            self._follow(self._pilot, targets.capturing, is_broken=factors != HEALTHY)
+            self._steer(targets, self._hand.next() if self._hand else STILL)
         self.correct(factors)
+
+    def _follow(self, pilot: Pilot, is_capturing: bool, *, is_broken: bool) -> None:
+        """Keep the books of captures: what they found, and whether with a broken engine."""
+        if is_capturing and not self._is_capturing:
+            self._captured_broken = False
+        if is_capturing and is_broken:
+            self._captured_broken = True
+        ends = self._is_capturing and not is_capturing
+        self._is_capturing = is_capturing
+        if not self._is_guarded:
+            return
+        if ends and not self._always_holds_speed:
+            if pilot.finds_power:
+                self._keep_power()
+            self._to_restart.add(_THROTTLE)
+        for name in (_PITCH, _THROTTLE):
+            self._executive[name] = float(name in self._to_restart)
+        self._to_restart.clear()
 
     def _steer(self, targets: Targets, drift: Drift) -> None:
         values = (
@@ -282,7 +352,14 @@ class Aircraft:
         self._lever = self._leaned(targets.mixture) * (1.0 + drift.mixture)
 
 
-_RPM, _QBAR, _IAS = (STATE_INDEX[name] for name in ("rpm", "qbar_psf", "ias_kt"))
+_RPM, _QBAR, _IAS, _ALTITUDE = (
+    STATE_INDEX[name] for name in ("rpm", "qbar_psf", "ias_kt", "altitude_ft")
+)
+_PITCH, _THROTTLE = "ap/restart-pitch", "ap/restart-throttle"
+
+
+def _is_between(value: float, limits: tuple[float, float]) -> bool:
+    return limits[0] < value < limits[1]
 
 
 def _drivers(row: list[float]) -> Drivers:

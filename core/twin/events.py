@@ -1,4 +1,4 @@
-"""What a flight did that a pilot would report: limits exceeded, stall, loss of control."""
+"""What a flight did that a pilot would report: limits exceeded, stall, loss of control, ground."""
 
 from dataclasses import dataclass
 
@@ -7,11 +7,9 @@ from numpy.typing import NDArray
 
 from core.channels import CHANNELS
 from core.twin.plan import DT_S
-from core.twin.trajectory import Trajectory
+from core.twin.trajectory import GROUND_FT, Trajectory
 
 STALL_ALPHA_DEG = 16.0
-GROUND_FT = 0.0
-"""There is no ground in the simulation: what is flown below sea level is imagined."""
 LOST_CONTROL_BANK_DEG = 60.0
 LEAST_DURATION_S = 0.5
 """Shorter excursions are gusts and noise, not events."""
@@ -19,9 +17,10 @@ LEAST_DURATION_S = 0.5
 
 @dataclass(frozen=True, slots=True)
 class FlightEvent:
-    """One excursion: ``kind`` is ``stall``, ``lost_control``, ``ground`` or the channel's name.
+    """One excursion: ``kind`` is ``stall``, ``lost_control`` or the channel's name.
 
-    ``value`` is the worst value reached, in ``unit``; ``limit`` the line that was crossed.
+    ``value`` is the worst value reached, in ``unit``; ``limit`` the line that was crossed. The kind
+    ``ground`` is no excursion but the end of the flight, at one moment.
     """
 
     kind: str
@@ -33,14 +32,15 @@ class FlightEvent:
 
 
 def flight_events(flight: Trajectory) -> tuple[FlightEvent, ...]:
-    """Every excursion of at least half a second, in the order of time."""
+    """Every excursion of at least half a second, and the ground, in the order of time."""
     events = [
         *_excursions("stall", flight, flight.state("alpha_deg"), STALL_ALPHA_DEG, "deg"),
         *_excursions(
             "lost_control", flight, np.abs(flight.state("roll_deg")), LOST_CONTROL_BANK_DEG, "deg"
         ),
-        *_excursions_below("ground", flight, flight.state("altitude_ft"), GROUND_FT, "ft"),
     ]
+    if (ground_s := flight.ground_s) is not None:
+        events.append(FlightEvent("ground", ground_s, ground_s, GROUND_FT, GROUND_FT, "ft"))
     for channel in CHANNELS:
         low, high = channel.red
         values = flight.channel(channel.name).astype(np.float64)

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from core.errors import InputError
 from core.fmea.catalogue import catalogue
 from core.fmea.defects import N_DEFECTS
 from core.fmea.effects import Effects, effects_of, healthy
@@ -52,22 +53,31 @@ class _Flight:
     def change(self, fault: Fault, tick: int) -> None:
         """Have that fault and no other from ``tick`` on, which is flown next."""
         had = self._fault
+        was_broken = had is not None and had.is_active and had.reaches_engine
         if had is not None and had.is_active and fault.severity > 0.0 and _same(had.fault, fault):
             had.regrade(fault.severity)
+            if self._aircraft is not None and was_broken:
+                self._aircraft.guard(tick)
             return
         self._fault = self._begun(fault, tick)
         if self._aircraft is not None:
             self._aircraft.correct(HEALTHY)
+            if was_broken:
+                self._aircraft.recover(tick)
 
     def advance(self, time_s: Array, noise: Array, path: Array | None = None) -> Trajectory:
-        """Fly the samples at ``time_s`` (n,) under ``noise`` (n, 23), along ``path`` if given."""
-        n = len(time_s)
+        """Fly the samples at ``time_s`` (n,) under ``noise`` (n, 23), along ``path`` if given.
+
+        Fewer come back from a flight that meets the ground: the last is where it does.
+        """
         if self._fault is None:
-            states, effects = self._own().fly(n) if path is None else path, healthy(n)
+            states = self._own().fly(len(time_s)) if path is None else path
+            effects = healthy(len(states))
         else:
-            states, effects = self._fly_faulted(n, self._fault, path)
-        channels = self._avionics.log(self._sensors.read(states, effects, noise))
-        return Trajectory(time_s, states, channels.astype(np.float32))
+            states, effects = self._fly_faulted(len(time_s), self._fault, path)
+        n = len(states)
+        channels = self._avionics.log(self._sensors.read(states, effects, noise[:n]))
+        return Trajectory(time_s[:n], states, channels.astype(np.float32))
 
     def _own(self) -> Aircraft:
         assert self._aircraft is not None  # a flight in formation is always given its path
@@ -88,9 +98,9 @@ class _Flight:
             for drivers in drivers_along(states):
                 raw.fromlist(fault.step(drivers))
         if not fault.is_active:
-            return states, healthy(n)
+            return states, healthy(len(states))
         defects = np.frombuffer(raw).reshape(-1, N_DEFECTS)
-        return states, effects_of(defects).held(STEPS_PER_TICK, n)
+        return states, effects_of(defects).held(STEPS_PER_TICK, len(states))
 
 
 def _same(one: Fault, other: Fault) -> bool:
@@ -99,14 +109,20 @@ def _same(one: Fault, other: Fault) -> bool:
 
 
 class _Clock:
-    """Cuts a plan into blocks of whole ticks."""
+    """Cuts a plan into blocks of whole ticks; stops where the flight meets the ground."""
 
     def __init__(self, plan: Plan) -> None:
         self._n_steps, self._done = plan.n_steps, 0
+        self.ground_s: float | None = None
 
     @property
     def progress(self) -> float:
-        return self._done / self._n_steps
+        return 1.0 if self.ground_s is not None else self._done / self._n_steps
+
+    def fell(self, short_by: int, ground_s: float | None) -> None:
+        """The last block ended ``short_by`` samples early, for it met the ground."""
+        self._done -= short_by
+        self.ground_s = ground_s
 
     @property
     def tick(self) -> int:
@@ -114,7 +130,9 @@ class _Clock:
         return self._done // STEPS_PER_TICK
 
     def next(self, ticks: int) -> Array | None:
-        """Times (n,) of the next block; None at the end of the plan."""
+        """Times (n,) of the next block; None at the end of the flight."""
+        if self.ground_s is not None:
+            return None
         n = min(ticks * STEPS_PER_TICK, self._n_steps - self._done)
         if n <= 0:
             return None
@@ -157,8 +175,13 @@ class PairFlight:
 
     @property
     def progress(self) -> float:
-        """Share of the flight flown, 0-1."""
+        """Share of the flight flown, 0-1; 1 also where it has met the ground."""
         return self._clock.progress
+
+    @property
+    def ground_s(self) -> float | None:
+        """When one of the two met the ground, which ended the flight; None if neither did."""
+        return self._clock.ground_s
 
     @property
     def flown_s(self) -> float:
@@ -172,12 +195,17 @@ class PairFlight:
         """
         if not self._is_live:
             raise ValueError("this flight is not live")
+        if self.ground_s is not None:
+            raise InputError("time_s", f"the flight met the ground at {self.ground_s:.1f} s")
         happens = at_tick(action, max(tick_of(action), self._clock.tick))
         self._to_come = list(in_order([*self._to_come, happens], self.plan))
         return happens
 
     def advance(self, seconds: float) -> Pair | None:
-        """Fly on for ``seconds`` (in whole ticks of 0.1 s); None once the plan has been flown."""
+        """Fly on for ``seconds`` (in whole ticks of 0.1 s); None once the flight is over.
+
+        It is over when the plan has been flown, or where one of the two meets the ground.
+        """
         until = self._clock.tick + _ticks(seconds)
         blocks: list[Pair] = []
         while (now := self._clock.tick) < until:
@@ -206,7 +234,10 @@ class PairFlight:
         mirror_noise = self._mirror_noise.next(len(time_s)) if self._mirror_noise else noise
         mirror = self._mirror.advance(time_s, mirror_noise)
         path = None if self._flies_apart else mirror.states
-        return Pair(self._faulted.advance(time_s, noise, path), mirror)
+        faulted = self._faulted.advance(time_s, noise, path)
+        both = Pair(faulted, mirror)[: min(len(faulted), len(mirror))]
+        self._clock.fell(len(time_s) - len(both.mirror), both.ground_s)
+        return both
 
 
 def _reaches_engine(fault: Fault) -> bool:
@@ -218,7 +249,7 @@ BLOCK_S = 300.0
 
 
 def fly_pair(plan: Plan, fault: Fault, actions: Iterable[Action] = ()) -> Pair:
-    """The whole pair; raises `InputError` or `FlightError`."""
+    """The whole pair, up to the ground if one meets it; raises `InputError` or `FlightError`."""
     flight = PairFlight(plan, fault, actions)
     blocks: list[Pair] = []
     while (block := flight.advance(BLOCK_S)) is not None:
@@ -227,11 +258,12 @@ def fly_pair(plan: Plan, fault: Fault, actions: Iterable[Action] = ()) -> Pair:
 
 
 def fly(plan: Plan, fault: Fault = NOMINAL) -> Trajectory:
-    """One trajectory without its mirror; raises `InputError` or `FlightError`."""
+    """One trajectory without its mirror, up to the ground; raises `InputError` or `FlightError`."""
     fault.check_against(plan)
     setting, clock = flown(plan), _Clock(plan)
     flight, noise = _Flight(plan, fault, setting), SensorNoise(setting)
     blocks: list[Trajectory] = []
     while (time_s := clock.next(_ticks(BLOCK_S))) is not None:
         blocks.append(flight.advance(time_s, noise.next(len(time_s))))
+        clock.fell(len(time_s) - len(blocks[-1]), blocks[-1].ground_s)
     return Trajectory.joined(blocks)

@@ -20,6 +20,9 @@ STATE_NAMES: tuple[str, ...] = (
 
 STATE_INDEX: dict[str, int] = {name: index for index, name in enumerate(STATE_NAMES)}
 
+GROUND_FT = 0.0
+"""The ground: sea level everywhere, for no terrain is simulated. A flight that meets it is over."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trajectory:
@@ -47,6 +50,12 @@ class Trajectory:
         column: Array32 = self.channels[:, CHANNEL_INDEX[name]]
         return column
 
+    @property
+    def ground_s(self) -> float | None:
+        """When the aircraft met the ground; None if it did not."""
+        below = self.state("altitude_ft") <= GROUND_FT
+        return float(self.time_s[below.argmax()]) if below.any() else None
+
     def __getitem__(self, rows: slice) -> "Trajectory":
         """The samples in ``rows``."""
         return Trajectory(self.time_s[rows], self.states[rows], self.channels[rows])
@@ -73,6 +82,12 @@ class Pair:
         """Paired residual, faulted - mirror, (n, 23) (paper section 4.1)."""
         difference: Array32 = self.faulted.channels - self.mirror.channels
         return difference
+
+    @property
+    def ground_s(self) -> float | None:
+        """When the first of the two met the ground, which ends both; None if neither did."""
+        met_s = [flight.ground_s for flight in (self.faulted, self.mirror)]
+        return min((each_s for each_s in met_s if each_s is not None), default=None)
 
     def __getitem__(self, rows: slice) -> "Pair":
         """The samples in ``rows`` of both flights."""

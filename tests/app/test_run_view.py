@@ -220,3 +220,38 @@ def test_an_answer_stands_for_a_while_unless_the_flight_is_paused(
     late = shown(view.changes([samples(175, 5)]))
     assert len(late["answers-track", "data"]["time_s"]) == 3
     assert chart not in shown(view.changes([samples(180, 5)]))
+
+
+def test_a_flight_that_meets_the_ground_is_drawn_as_long_as_it_was_and_says_so() -> None:
+    plan = Plan(2000.0, 90.0, duration_s=7200.0, seed=3)
+    record = RunRecord(
+        new_run_id(), "2026-11-23T06:15:00+00:00", "done", plan, Fault("engine_failure", 1.0, 10.0)
+    )
+    pair = fly_pair(plan, record.fault)
+    ground_s = pair.ground_s
+    assert ground_s is not None
+    view = RunView(record)
+    view.opening(fill_form=False)
+    channels = pair.mirror.time_s, pair.faulted.channels, pair.mirror.channels
+    page = shown([*view.tiles(*channels), *view.strip(*channels), *view.happened(pair)])
+    assert page["flight", "data"]["duration_s"] == page["scrub", "max"] == ground_s
+    assert page["stage", "children"] == f"{run_view.clock(ground_s)} of 2:00:00"
+    strip = page[run_view.fly.STRIP_ID, "figure"]["layout"]["xaxis"]["range"]
+    assert strip == run_view.heat_strip(*channels[:1], pair.residual, duration_s=ground_s,
+                                        onset_s=10.0)["layout"]["xaxis"]["range"]  # fmt: skip
+    first = page["flight-events", "children"].children[0].children
+    assert first == (
+        f"The flight ends at {run_view.clock(ground_s)}: the aircraft met the ground "
+        "(sea level; no terrain is simulated)"
+    )
+    marks = page[run_view.LIMIT_MARKS_ID, "data"]["marks"]
+    assert [mark["label"] for mark in marks if mark["channel"] == "ground"] == ["Meets the ground"]
+
+
+def test_a_live_flight_that_meets_the_ground_is_drawn_as_long_as_it_was() -> None:
+    view = view_of(600.0)
+    page = shown(view.changes([events.Started("r", 1), samples(0, 1000), events.Finished("r")]))
+    assert page["scrub", "max"] == pytest.approx(199.8)
+    assert page["stage", "children"] == "03:20 of 10:00"
+    page = shown(view_of(200.0).changes([samples(0, 1000), events.Finished("r")]))
+    assert page["stage", "children"] == "03:20"

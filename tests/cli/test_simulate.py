@@ -145,3 +145,26 @@ def test_what_is_done_on_the_way_is_flown_and_written(command: str, tmp_path: Pa
     assert refused.returncode != 0
     assert "time_s: must lie in 0 to 40 s" in refused.stderr
     assert "Traceback" not in refused.stderr
+
+
+def test_a_flight_that_meets_the_ground_ends_there(mirrortwin, tmp_path):
+    actions = tmp_path / "actions.toml"
+    actions.write_text(
+        '[[actions]]\nkind = "fault"\ntime_s = 10\nmode = "engine_failure"\nseverity = 1.0\n'
+        '[[actions]]\nkind = "repair"\ntime_s = 500\n'
+    )
+    folder = tmp_path / "flight"
+    done = mirrortwin(
+        "simulate", "--altitude", "2000", "--duration", "600", "--actions", str(actions),
+        "--out", str(folder), "--json",
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    ground_s = json.loads(done.stdout)["ground_s"]
+    assert 150.0 < ground_s < 300.0
+    assert f"ends at {ground_s:.1f} s: the aircraft met the ground" in done.stderr
+    assert "1 of the actions" in done.stderr
+    assert [each["kind"] for each in json.loads((folder / "run.json").read_text())["actions"]] == [
+        "fault"
+    ]
+    time_s = pq.read_table(folder / "faulted.parquet")["time_s"].to_numpy()
+    assert time_s[-1] == ground_s

@@ -31,12 +31,3 @@ def test_a_stall_is_found_and_a_gust_is_not() -> None:
     assert (event.kind, event.value) == ("stall", 18.0)
     assert np.isclose(event.start_s, 10.0)
     assert np.isclose(event.end_s, 11.98)
-
-
-def test_a_glide_that_reaches_the_sea_says_so() -> None:
-    flight = fly(Plan(2000.0, 90.0, duration_s=300.0), Fault("engine_failure", 1.0, 5.0))
-    assert np.all(np.isfinite(flight.states))
-    (ground,) = (event for event in flight_events(flight) if event.kind == "ground")
-    assert (ground.limit, ground.unit) == (0.0, "ft")
-    assert ground.start_s > 60.0
-    assert ground.value == flight.state("altitude_ft").min() < 0.0
