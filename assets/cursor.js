@@ -10,8 +10,6 @@
   const ANNOUNCE_MS = 100;
   const REST_MS = 250;
   const FOLLOW_MS = 80;
-  // Plotly's date axes count from a day on: see `moment` in `app/panels/axes.py`.
-  const DAY_S = 86400;
   const CHARTS = ["probabilities", "residual-strip"];
   const LEAST_SPAN_S = 2;
   const ZOOM_STEP = 0.5;
@@ -96,6 +94,11 @@
 
   // ---- over the Plotly charts ---------------------------------------------------------------
 
+  // The flight's time on Plotly's date axes: milliseconds inside, from midnight on, and dates as text
+  // outside (`moment` in `app/panels/axes.py`). Never numbers outside: those are in the local time.
+  const toInside = (at_s) => 1000 * at_s;
+  const fromInside = (ms) => ms / 1000;
+
   function plotOf(id) {
     const plot = document.querySelector(`#${id} .js-plotly-plot`);
     return plot && plot._fullLayout && plot._fullLayout.xaxis ? plot : null;
@@ -121,7 +124,7 @@
     Object.assign(layer.style, { left: `${xaxis._offset}px`, top: `${size.t}px`, height: `${size.h}px` });
     lines.forEach(([kind, at_s], place) => {
       const line = layer.children[place];
-      const x = at_s === null ? NaN : xaxis.l2p((at_s + DAY_S) * 1000);
+      const x = at_s === null ? NaN : xaxis.l2p(toInside(at_s));
       line.className = `${kind}-line`;
       line.hidden = !(x >= 0 && x <= xaxis._length);
       if (!line.hidden) line.style.transform = `translateX(${x}px)`;
@@ -135,7 +138,7 @@
     plot.addEventListener("pointermove", (event) => {
       const { xaxis } = plot._fullLayout;
       const x = event.clientX - plot.getBoundingClientRect().left - xaxis._offset;
-      if (!event.buttons && x >= 0 && x <= xaxis._length) point(xaxis.p2l(x) / 1000 - DAY_S);
+      if (!event.buttons && x >= 0 && x <= xaxis._length) point(fromInside(xaxis.p2l(x)));
     });
     plot.addEventListener("pointerleave", () => point(null));
     plot.on("plotly_relayout", (change) => {
@@ -154,7 +157,7 @@
 
   function spanOf(plot) {
     const { xaxis } = plot._fullLayout;
-    const [min, max] = xaxis.range.map((end) => xaxis.r2l(end) / 1000 - DAY_S);
+    const [min, max] = xaxis.range.map((end) => fromInside(xaxis.r2l(end)));
     return { min, max };
   }
 
@@ -163,7 +166,7 @@
     const shown = spanOf(plot);
     if (plot.isFollowing || Math.abs(shown.min - min) + Math.abs(shown.max - max) < 0.05) return;
     plot.isFollowing = true;
-    const range = [min, max].map((at_s) => (at_s + DAY_S) * 1000);
+    const range = [min, max].map((at_s) => plot._fullLayout.xaxis.l2r(toInside(at_s)));
     Plotly.relayout(plot, { "xaxis.range": range }).finally(() => {
       plot.isFollowing = false;
     });
