@@ -31,7 +31,7 @@
 
   const tiles = () => window.dash_clientside.tiles;
   const flight = () => window.dash_clientside.flight;
-  const setProps = (id, props) => window.dash_clientside.set_props(id, props);
+  const setProps = (id, props) => window.dash_clientside.mirrortwin.setProps(id, props);
   const element = (id) => document.getElementById(id);
   const clock = (at_s) => flight().clock(at_s);
 
@@ -79,7 +79,7 @@
   }
 
   function rest() {
-    if (element("scrub")) setProps("scrub", { value: time_s ?? flight().flownUntil() });
+    setProps("scrub", { value: time_s ?? flight().flownUntil() });
   }
 
   // The aircraft are moved by the server.
@@ -267,6 +267,10 @@
     let from_s = time_s === null || time_s >= end_s ? 0 : time_s;
     let before = performance.now();
     const step = (now) => {
+      if (!element("scrub")) {
+        stop(); // the page has been left
+        return;
+      }
       from_s += ((now - before) / 1000) * speed;
       before = now;
       if (from_s >= end_s) {

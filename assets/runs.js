@@ -7,7 +7,8 @@
   const MAX_COMPARED = 6;
   const element = (...given) => window.React.createElement(...given);
 
-  const goTo = (path) => window.dash_clientside.set_props("url", { pathname: path });
+  const setProps = (id, props) => window.dash_clientside.mirrortwin.setProps(id, props);
+  const goTo = (path) => setProps("url", { pathname: path });
 
   window.dashAgGridFunctions = Object.assign(window.dashAgGridFunctions || {}, {
     runFixed: (value, digits) =>
@@ -61,10 +62,10 @@
   });
 
   const send = async (file) => {
-    const tell = (data) => window.dash_clientside.set_props("runs-imported", { data });
-    const notice = (text) => window.dash_clientside.set_props("runs-notice", { children: text });
+    const tell = (data) => setProps("runs-imported", { data });
+    const notice = (text) => setProps("runs-notice", { children: text });
     notice(`Importing ${file.name}…`);
-    window.dash_clientside.set_props("runs-problem", { children: "" });
+    setProps("runs-problem", { children: "" });
     try {
       const answer = await fetch("/runs/import", {
         method: "POST",

@@ -334,6 +334,31 @@ def test_one_cursor_serves_all_charts_and_the_aircraft(fly: Fly, console_errors:
     assert console_errors == []
 
 
+@without_3d
+def test_leaving_the_page_leaves_nothing_behind_that_fails(
+    fly: Fly, console_errors: list[str]
+) -> None:
+    fly.open()
+    fly.fill("duration_s", "60")
+    fly.fill("onset_s", "20")
+    fly.press("run")
+    fly.wait("done")
+    fly.wait_for_samples()
+    for _ in range(3):
+        fly.press("play")
+        fly.page.locator("#tile-0 .u-over").first.hover()
+        fly.page.keyboard.press("+")
+        fly.page.locator("#nav-runs").click()
+        expect(fly.page.locator(".runs-page")).to_be_visible()
+        # What was under way at that moment on a slower machine: its timers end before this one.
+        fly.page.evaluate("dash_clientside.cursor.move(30)")
+        fly.page.evaluate("new Promise((later) => setTimeout(later, 600))")
+        assert console_errors == []
+        fly.page.go_back()
+        fly.wait("done")
+        fly.wait_for_samples()
+
+
 def test_two_browsers_with_two_faults_see_each_its_own(
     fly: Fly, new_context: Callable[..., BrowserContext]
 ) -> None:
