@@ -10,6 +10,7 @@
   const ANNOUNCE_MS = 100;
   const REST_MS = 250;
   const FOLLOW_MS = 80;
+  const AWAIT_MS = 200;
   const CHARTS = ["probabilities", "residual-strip"];
   const LEAST_SPAN_S = 2;
   const ZOOM_STEP = 0.5;
@@ -28,6 +29,7 @@
   let announced = null;
   let resting = null;
   let following = null;
+  let awaiting = null;
 
   const tiles = () => window.dash_clientside.tiles;
   const flight = () => window.dash_clientside.flight;
@@ -131,6 +133,15 @@
     });
   }
 
+  // Plotly comes when it comes, perhaps after the flight.
+  function listenToCharts() {
+    clearTimeout(awaiting);
+    if (!element("scrub")) return;
+    const plots = CHARTS.map(plotOf).filter((plot) => plot && plot.on);
+    for (const plot of plots) listenTo(plot);
+    if (plots.length < CHARTS.length) awaiting = setTimeout(listenToCharts, AWAIT_MS);
+  }
+
   // Plotly tells where the pointer is by the trace under it, which a gap does not have.
   function listenTo(plot) {
     if (plot.listensToCursor) return;
@@ -153,6 +164,8 @@
       followZoom(plot);
       drawLines();
     }));
+    followZoom(plot);
+    drawLines();
   }
 
   function spanOf(plot) {
@@ -354,7 +367,7 @@
     // The onset of a live flight comes when it comes.
     const marked = marks.find(({ kind }) => kind === "onset");
     if ((marked ? marked.time_s : null) !== flight().onset_s) showMarks();
-    CHARTS.map(plotOf).forEach((plot) => plot && plot.on && listenTo(plot));
+    listenToCharts();
   });
 
   window.dash_clientside = Object.assign({}, window.dash_clientside, {

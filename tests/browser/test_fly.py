@@ -16,7 +16,7 @@ import numpy as np
 import psutil
 import pytest
 from PIL import Image
-from playwright.sync_api import BrowserContext, Page, expect
+from playwright.sync_api import BrowserContext, Page, Route, expect
 
 from app import theme
 from core.channels import N_CHANNELS
@@ -332,6 +332,27 @@ def test_one_cursor_serves_all_charts_and_the_aircraft(fly: Fly, console_errors:
     )
     expect(fly.page.locator("#scrub-time")).to_have_text("05:00")
     assert console_errors == []
+
+
+@without_3d
+def test_a_chart_that_comes_after_its_flight_has_the_cursor_too(fly: Fly) -> None:
+    fly.open()
+    fly.fill("duration_s", "60")
+    fly.fill("onset_s", "20")
+    fly.press("run")
+    fly.wait("done")
+    # As on a busy machine: Plotly arrives when the flight has long been drawn.
+    late: list[Route] = []
+    fly.page.route(re.compile("async-graph"), lambda route: late.append(route))
+    fly.page.reload()
+    fly.wait("done")
+    fly.wait_for_samples()
+    for route in late:
+        route.continue_()
+    strip = fly.page.locator("#residual-strip .nsewdrag")
+    strip.hover(timeout=TIMEOUT_MS)
+    expect(fly.page.locator("#scrub-time")).to_have_text(re.compile("00:(29|30|31)"))
+    expect(fly.page.locator("#probabilities .cursor-line")).to_be_visible()
 
 
 @without_3d
