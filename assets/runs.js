@@ -90,18 +90,26 @@
   window.dash_clientside = Object.assign({}, window.dash_clientside, {
     runs: {
       search: (text, options) => ({ ...options, quickFilterText: text || "" }),
-      chosen(rows) {
-        const chosen = rows || [];
-        const done = chosen.filter((row) => row.status === "done");
-        const all = chosen.length > 0 && done.length === chosen.length;
-        const one = all && chosen.length === 1 ? chosen[0].id : null;
-        const comparable = all && chosen.length <= MAX_COMPARED;
-        const zip = all ? `/runs/files?${chosen.map((row) => `id=${row.id}`).join("&")}` : "#";
+      // What the buttons apply to: the rows that are selected and pass search and filters, as they are
+      // now. The grid keeps rows selected that it hides, and hands out as they were when selected.
+      chosen(selected, seen) {
+        const rows = new Map((seen || []).map((row) => [row.id, row]));
+        const chosen = (selected || []).map((row) => rows.get(row.id)).filter(Boolean);
+        const hidden = (selected || []).length - chosen.length;
+        const ids = chosen.map((row) => row.id);
+        const all = ids.length > 0 && chosen.every((row) => row.status === "done");
+        const one = all && ids.length === 1 ? ids[0] : null;
+        const zip = all ? `/runs/files?${ids.map((id) => `id=${id}`).join("&")}` : "#";
+        const counted = (word) => (ids.length ? `${word} ${ids.length}` : word);
         return [
-          !comparable,
-          chosen.length > 1 ? `Compare ${chosen.length}` : "Compare",
+          ids,
+          hidden ? `${hidden} more selected, hidden by the filter` : "",
+          counted("Compare"),
+          !(all && ids.length <= MAX_COMPARED),
+          counted("Export"),
           !all,
-          chosen.length === 0,
+          counted("Delete"),
+          ids.length === 0,
           zip,
           !all,
           one ? `/runs/${one}/faulted.csv` : "#",
@@ -110,9 +118,9 @@
           !one,
         ];
       },
-      compare(clicks, rows) {
-        if (!clicks || !rows || !rows.length) return window.dash_clientside.no_update;
-        return `/compare/${rows.map((row) => row.id).join(",")}`;
+      compare(clicks, ids) {
+        if (!clicks || !ids || !ids.length) return window.dash_clientside.no_update;
+        return `/compare/${ids.join(",")}`;
       },
     },
   });
