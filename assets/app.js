@@ -7,9 +7,24 @@
   const schemeOf = () =>
     document.documentElement.getAttribute("data-mantine-color-scheme") || "light";
 
+  // Whether a component is on the page; Dash's own question throws if it is not.
+  function isThere(id) {
+    try {
+      return window.dash_component_api.getLayout(id) !== undefined;
+    } catch {
+      return false;
+    }
+  }
+
+  // Sets properties of a component, if its page has not been left meanwhile. All of `assets` sets them
+  // by this: Dash's `set_props` throws where the component has gone, and timers and answers come late.
+  function setProps(id, props) {
+    if (isThere(id)) window.dash_clientside.set_props(id, props);
+  }
+
   // The server draws the 3D scenes, so it has to know the theme.
   function reportScheme() {
-    window.dash_clientside.set_props("scheme", { data: schemeOf() });
+    setProps("scheme", { data: schemeOf() });
   }
 
   new MutationObserver(reportScheme).observe(document.documentElement, {
@@ -18,7 +33,7 @@
   });
 
   document.addEventListener("visibilitychange", () => {
-    if (!document.hidden) window.dash_clientside.set_props("awake", { data: Date.now() });
+    if (!document.hidden) setProps("awake", { data: Date.now() });
   });
 
   document.addEventListener("keydown", (event) => {
@@ -34,6 +49,7 @@
 
   window.dash_clientside = Object.assign({}, window.dash_clientside, {
     mirrortwin: {
+      setProps,
       markPage(kind) {
         for (const link of document.querySelectorAll(".header a[id^=nav-]")) {
           if (link.id === `nav-${kind}`) link.setAttribute("aria-current", "page");

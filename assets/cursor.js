@@ -10,8 +10,7 @@
   const ANNOUNCE_MS = 100;
   const REST_MS = 250;
   const FOLLOW_MS = 80;
-  // Plotly's date axes count from a day on: see `moment` in `app/panels/axes.py`.
-  const DAY_S = 86400;
+  const AWAIT_MS = 200;
   const CHARTS = ["probabilities", "residual-strip"];
   const LEAST_SPAN_S = 2;
   const ZOOM_STEP = 0.5;
@@ -30,10 +29,11 @@
   let announced = null;
   let resting = null;
   let following = null;
+  let awaiting = null;
 
   const tiles = () => window.dash_clientside.tiles;
   const flight = () => window.dash_clientside.flight;
-  const setProps = (id, props) => window.dash_clientside.set_props(id, props);
+  const setProps = (id, props) => window.dash_clientside.mirrortwin.setProps(id, props);
   const element = (id) => document.getElementById(id);
   const clock = (at_s) => flight().clock(at_s);
 
@@ -81,7 +81,7 @@
   }
 
   function rest() {
-    if (element("scrub")) setProps("scrub", { value: time_s ?? flight().flownUntil() });
+    setProps("scrub", { value: time_s ?? flight().flownUntil() });
   }
 
   // The aircraft are moved by the server.
@@ -95,6 +95,11 @@
   }
 
   // ---- over the Plotly charts ---------------------------------------------------------------
+
+  // The flight's time on Plotly's date axes: milliseconds inside, from midnight on, and dates as text
+  // outside (`moment` in `app/panels/axes.py`). Never numbers outside: those are in the local time.
+  const toInside = (at_s) => 1000 * at_s;
+  const fromInside = (ms) => ms / 1000;
 
   function plotOf(id) {
     const plot = document.querySelector(`#${id} .js-plotly-plot`);
@@ -121,11 +126,20 @@
     Object.assign(layer.style, { left: `${xaxis._offset}px`, top: `${size.t}px`, height: `${size.h}px` });
     lines.forEach(([kind, at_s], place) => {
       const line = layer.children[place];
-      const x = at_s === null ? NaN : xaxis.l2p((at_s + DAY_S) * 1000);
+      const x = at_s === null ? NaN : xaxis.l2p(toInside(at_s));
       line.className = `${kind}-line`;
       line.hidden = !(x >= 0 && x <= xaxis._length);
       if (!line.hidden) line.style.transform = `translateX(${x}px)`;
     });
+  }
+
+  // Plotly comes when it comes, perhaps after the flight.
+  function listenToCharts() {
+    clearTimeout(awaiting);
+    if (!element("scrub")) return;
+    const plots = CHARTS.map(plotOf).filter((plot) => plot && plot.on);
+    for (const plot of plots) listenTo(plot);
+    if (plots.length < CHARTS.length) awaiting = setTimeout(listenToCharts, AWAIT_MS);
   }
 
   // Plotly tells where the pointer is by the trace under it, which a gap does not have.
@@ -135,7 +149,7 @@
     plot.addEventListener("pointermove", (event) => {
       const { xaxis } = plot._fullLayout;
       const x = event.clientX - plot.getBoundingClientRect().left - xaxis._offset;
-      if (!event.buttons && x >= 0 && x <= xaxis._length) point(xaxis.p2l(x) / 1000 - DAY_S);
+      if (!event.buttons && x >= 0 && x <= xaxis._length) point(fromInside(xaxis.p2l(x)));
     });
     plot.addEventListener("pointerleave", () => point(null));
     plot.on("plotly_relayout", (change) => {
@@ -150,11 +164,13 @@
       followZoom(plot);
       drawLines();
     }));
+    followZoom(plot);
+    drawLines();
   }
 
   function spanOf(plot) {
     const { xaxis } = plot._fullLayout;
-    const [min, max] = xaxis.range.map((end) => xaxis.r2l(end) / 1000 - DAY_S);
+    const [min, max] = xaxis.range.map((end) => fromInside(xaxis.r2l(end)));
     return { min, max };
   }
 
@@ -163,7 +179,7 @@
     const shown = spanOf(plot);
     if (plot.isFollowing || Math.abs(shown.min - min) + Math.abs(shown.max - max) < 0.05) return;
     plot.isFollowing = true;
-    const range = [min, max].map((at_s) => (at_s + DAY_S) * 1000);
+    const range = [min, max].map((at_s) => plot._fullLayout.xaxis.l2r(toInside(at_s)));
     Plotly.relayout(plot, { "xaxis.range": range }).finally(() => {
       plot.isFollowing = false;
     });
@@ -264,6 +280,10 @@
     let from_s = time_s === null || time_s >= end_s ? 0 : time_s;
     let before = performance.now();
     const step = (now) => {
+      if (!element("scrub")) {
+        stop(); // the page has been left
+        return;
+      }
       from_s += ((now - before) / 1000) * speed;
       before = now;
       if (from_s >= end_s) {
@@ -347,7 +367,7 @@
     // The onset of a live flight comes when it comes.
     const marked = marks.find(({ kind }) => kind === "onset");
     if ((marked ? marked.time_s : null) !== flight().onset_s) showMarks();
-    CHARTS.map(plotOf).forEach((plot) => plot && plot.on && listenTo(plot));
+    listenToCharts();
   });
 
   window.dash_clientside = Object.assign({}, window.dash_clientside, {

@@ -11,7 +11,7 @@
 
   let before = null; // the theme that comes back afterwards
 
-  const setProps = (id, props) => window.dash_clientside.set_props(id, props);
+  const setProps = (id, props) => window.dash_clientside.mirrortwin.setProps(id, props);
   const presenting = () => "presenting" in root.dataset;
   const onFly = () => document.getElementById("fly") !== null;
 

@@ -7,7 +7,8 @@
   const MAX_COMPARED = 6;
   const element = (...given) => window.React.createElement(...given);
 
-  const goTo = (path) => window.dash_clientside.set_props("url", { pathname: path });
+  const setProps = (id, props) => window.dash_clientside.mirrortwin.setProps(id, props);
+  const goTo = (path) => setProps("url", { pathname: path });
 
   window.dashAgGridFunctions = Object.assign(window.dashAgGridFunctions || {}, {
     runFixed: (value, digits) =>
@@ -61,10 +62,10 @@
   });
 
   const send = async (file) => {
-    const tell = (data) => window.dash_clientside.set_props("runs-imported", { data });
-    const notice = (text) => window.dash_clientside.set_props("runs-notice", { children: text });
+    const tell = (data) => setProps("runs-imported", { data });
+    const notice = (text) => setProps("runs-notice", { children: text });
     notice(`Importing ${file.name}…`);
-    window.dash_clientside.set_props("runs-problem", { children: "" });
+    setProps("runs-problem", { children: "" });
     try {
       const answer = await fetch("/runs/import", {
         method: "POST",
@@ -89,18 +90,26 @@
   window.dash_clientside = Object.assign({}, window.dash_clientside, {
     runs: {
       search: (text, options) => ({ ...options, quickFilterText: text || "" }),
-      chosen(rows) {
-        const chosen = rows || [];
-        const done = chosen.filter((row) => row.status === "done");
-        const all = chosen.length > 0 && done.length === chosen.length;
-        const one = all && chosen.length === 1 ? chosen[0].id : null;
-        const comparable = all && chosen.length <= MAX_COMPARED;
-        const zip = all ? `/runs/files?${chosen.map((row) => `id=${row.id}`).join("&")}` : "#";
+      // What the buttons apply to: the rows that are selected and pass search and filters, as they are
+      // now. The grid keeps rows selected that it hides, and hands out as they were when selected.
+      chosen(selected, seen) {
+        const rows = new Map((seen || []).map((row) => [row.id, row]));
+        const chosen = (selected || []).map((row) => rows.get(row.id)).filter(Boolean);
+        const hidden = (selected || []).length - chosen.length;
+        const ids = chosen.map((row) => row.id);
+        const all = ids.length > 0 && chosen.every((row) => row.status === "done");
+        const one = all && ids.length === 1 ? ids[0] : null;
+        const zip = all ? `/runs/files?${ids.map((id) => `id=${id}`).join("&")}` : "#";
+        const counted = (word) => (ids.length ? `${word} ${ids.length}` : word);
         return [
-          !comparable,
-          chosen.length > 1 ? `Compare ${chosen.length}` : "Compare",
+          ids,
+          hidden ? `${hidden} more selected, hidden by the filter` : "",
+          counted("Compare"),
+          !(all && ids.length <= MAX_COMPARED),
+          counted("Export"),
           !all,
-          chosen.length === 0,
+          counted("Delete"),
+          ids.length === 0,
           zip,
           !all,
           one ? `/runs/${one}/faulted.csv` : "#",
@@ -109,9 +118,9 @@
           !one,
         ];
       },
-      compare(clicks, rows) {
-        if (!clicks || !rows || !rows.length) return window.dash_clientside.no_update;
-        return `/compare/${rows.map((row) => row.id).join(",")}`;
+      compare(clicks, ids) {
+        if (!clicks || !ids || !ids.length) return window.dash_clientside.no_update;
+        return `/compare/${ids.join(",")}`;
       },
     },
   });

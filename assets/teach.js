@@ -18,7 +18,7 @@
 
   const ungrouped = new Intl.NumberFormat("en", { useGrouping: false });
   const clock = (time_s) => window.dash_clientside.flight.clock(time_s);
-  const setProps = (id, props) => window.dash_clientside.set_props(id, props);
+  const setProps = (id, props) => window.dash_clientside.mirrortwin.setProps(id, props);
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const isOver = () => document.getElementById("mystery")?.dataset.over === "yes";
 

@@ -39,7 +39,7 @@
   async function start() {
     cameFrom = document.activeElement;
     remember("seen");
-    if (!onFly()) window.dash_clientside.set_props("url", { pathname: "/" });
+    if (!onFly()) window.dash_clientside.mirrortwin.setProps("url", { pathname: "/" });
     const until = performance.now() + PATIENCE_MS;
     while (!document.querySelector(".tile canvas")) {
       if (performance.now() > until) return;

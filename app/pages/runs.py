@@ -22,6 +22,7 @@ GRID_ID, SEARCH_ID, COUNT_ID, NOTICE_ID, PROBLEM_ID, UNDO_ID, GONE_ID, CLOCK_ID 
     "runs-grid", "runs-search", "runs-count", "runs-notice", "runs-problem", "runs-undo",
     "runs-gone", "runs-clock",
 )  # fmt: skip
+CHOSEN_ID, HIDDEN_ID = "runs-chosen", "runs-hidden"
 COMPARE_ID, EXPORT_ID, ZIP_ID, FAULTED_ID, MIRROR_ID, DELETE_ID, IMPORT_ID, IMPORTED_ID = (
     "runs-compare", "runs-export", "runs-zip", "runs-csv-faulted", "runs-csv-mirror",
     "runs-delete", "runs-import", "runs-imported",
@@ -59,6 +60,7 @@ def layout(
                         id=SEARCH_ID, placeholder="Search faults, tags, notes…", size="xs",
                         className="runs-search", **attributes(aria_label="Search runs"),
                     ),
+                    html.Span("", id=HIDDEN_ID, className="note", role="status"),
                     html.Div(_actions(), className="runs-actions", role="toolbar",
                              **attributes(aria_label="With the selected runs")),
                 ],
@@ -67,6 +69,7 @@ def layout(
             _notice(gone, imported),
             html.P("", id=PROBLEM_ID, className="runs-problem", role="alert"),
             _grid(rows) if rows or gone else _empty(),
+            dcc.Store(id=CHOSEN_ID, data=[]),
             dcc.Store(id=IMPORTED_ID, data=None),
             dcc.Store(id="runs-flying", data=flying),
             dcc.Interval(id=CLOCK_ID, interval=POLL_MS, disabled=not flying),

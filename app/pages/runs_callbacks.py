@@ -57,13 +57,14 @@ def _register_selection(app: Dash) -> None:
     )
     in_browser(
         app, "runs", "chosen",
-        Output(runs.COMPARE_ID, "disabled"),
-        Output(runs.COMPARE_ID, "children"),
-        Output(runs.EXPORT_ID, "disabled"),
-        Output(runs.DELETE_ID, "disabled"),
+        Output(runs.CHOSEN_ID, "data"),
+        Output(runs.HIDDEN_ID, "children"),
+        *(Output(item, prop) for item in (runs.COMPARE_ID, runs.EXPORT_ID, runs.DELETE_ID)
+          for prop in ("children", "disabled")),
         *(Output(item, prop) for item in (runs.ZIP_ID, runs.FAULTED_ID, runs.MIRROR_ID)
           for prop in ("href", "disabled")),
         Input(runs.GRID_ID, "selectedRows"),
+        Input(runs.GRID_ID, "virtualRowData"),
     )  # fmt: skip
     in_browser(
         app,
@@ -71,7 +72,7 @@ def _register_selection(app: Dash) -> None:
         "compare",
         Output("url", "pathname", allow_duplicate=True),
         Input(runs.COMPARE_ID, "n_clicks"),
-        State(runs.GRID_ID, "selectedRows"),
+        State(runs.CHOSEN_ID, "data"),
         on_load=False,
     )
 
@@ -136,13 +137,13 @@ def _register_bin(app: Dash, store: RunStore) -> None:
         *changed,
         Output(runs.GRID_ID, "selectedRows"),
         Input(runs.DELETE_ID, "n_clicks"),
-        State(runs.GRID_ID, "selectedRows"),
+        State(runs.CHOSEN_ID, "data"),
         websocket=True,
         prevent_initial_call=True,
     )
-    async def throw_away(clicks: int | None, chosen: list[runs.Row] | None) -> tuple[Any, ...]:
+    async def throw_away(clicks: int | None, chosen: list[str] | None) -> tuple[Any, ...]:
         """Delete the chosen runs, for a day in such a way that they can be had back."""
-        run_ids = [row["id"] for row in chosen or [] if valid_run_id(row["id"])]
+        run_ids = [run_id for run_id in chosen or [] if valid_run_id(run_id)]
         if not clicks or not run_ids:
             raise PreventUpdate
         try:

@@ -17,23 +17,25 @@ Array32 = NDArray[np.float32]
 Figure = dict[str, Any]
 
 HOUR_S = 3600.0
-_DAY_S = 86_400.0
+_MIDNIGHT = np.datetime64("1970-01-01", "ms")
+"""Where `assets/cursor.js`, too, has the flight begin: zero for Plotly's own milliseconds."""
 
 _DOWNSAMPLER = MinMaxDownsampler()  # type: ignore[no-untyped-call]  # library
 
 
-def moment(time_s: float) -> float:
-    """Flight time as a number for a Plotly date axis: milliseconds, a day on.
+def moment(time_s: float) -> str:
+    """Flight time for a Plotly date axis: a date as text, the flight beginning at midnight.
 
-    A day, because Plotly takes bare numbers up to 9999 for years, not for the first ten seconds.
+    Text, because a number there is shifted by the reader's time zone.
     """
-    return 1000.0 * (time_s + _DAY_S)
+    return str(_MIDNIGHT + np.timedelta64(round(1000.0 * time_s), "ms"))
 
 
-def moments(time_s: Array) -> dict[str, str]:
-    """Flight times (n,) for a Plotly date axis, packed; see `moment`. Float32 is too coarse."""
-    values = 1000.0 * (np.asarray(time_s, dtype=np.float64) + _DAY_S)
-    return {"dtype": "f8", "bdata": b64encode(values.tobytes()).decode()}
+def moments(time_s: Array) -> list[str]:
+    """Flight times (n,) for a Plotly date axis, to the millisecond; see `moment`."""
+    after_ms = np.rint(1000.0 * np.asarray(time_s, dtype=np.float64)).astype("timedelta64[ms]")
+    texts: list[str] = np.datetime_as_string(_MIDNIGHT + after_ms).tolist()
+    return texts
 
 
 def clock(time_s: float) -> str:

@@ -16,7 +16,7 @@ import numpy as np
 import psutil
 import pytest
 from PIL import Image
-from playwright.sync_api import BrowserContext, Page, expect
+from playwright.sync_api import BrowserContext, Page, Route, expect
 
 from app import theme
 from core.channels import N_CHANNELS
@@ -332,6 +332,52 @@ def test_one_cursor_serves_all_charts_and_the_aircraft(fly: Fly, console_errors:
     )
     expect(fly.page.locator("#scrub-time")).to_have_text("05:00")
     assert console_errors == []
+
+
+@without_3d
+def test_a_chart_that_comes_after_its_flight_has_the_cursor_too(fly: Fly) -> None:
+    fly.open()
+    fly.fill("duration_s", "60")
+    fly.fill("onset_s", "20")
+    fly.press("run")
+    fly.wait("done")
+    # As on a busy machine: Plotly arrives when the flight has long been drawn.
+    late: list[Route] = []
+    fly.page.route(re.compile("async-graph"), lambda route: late.append(route))
+    fly.page.reload()
+    fly.wait("done")
+    fly.wait_for_samples()
+    for route in late:
+        route.continue_()
+    strip = fly.page.locator("#residual-strip .nsewdrag")
+    strip.hover(timeout=TIMEOUT_MS)
+    expect(fly.page.locator("#scrub-time")).to_have_text(re.compile("00:(29|30|31)"))
+    expect(fly.page.locator("#probabilities .cursor-line")).to_be_visible()
+
+
+@without_3d
+def test_leaving_the_page_leaves_nothing_behind_that_fails(
+    fly: Fly, console_errors: list[str]
+) -> None:
+    fly.open()
+    fly.fill("duration_s", "60")
+    fly.fill("onset_s", "20")
+    fly.press("run")
+    fly.wait("done")
+    fly.wait_for_samples()
+    for _ in range(3):
+        fly.press("play")
+        fly.page.locator("#tile-0 .u-over").first.hover()
+        fly.page.keyboard.press("+")
+        fly.page.locator("#nav-runs").click()
+        expect(fly.page.locator(".runs-page")).to_be_visible()
+        # What was under way at that moment on a slower machine: its timers end before this one.
+        fly.page.evaluate("dash_clientside.cursor.move(30)")
+        fly.page.evaluate("new Promise((later) => setTimeout(later, 600))")
+        assert console_errors == []
+        fly.page.go_back()
+        fly.wait("done")
+        fly.wait_for_samples()
 
 
 def test_two_browsers_with_two_faults_see_each_its_own(

@@ -38,6 +38,56 @@ def store(start_one_server: Any) -> Iterator[tuple[str, RunStore]]:
     store.close()
 
 
+def test_only_what_is_seen_is_deleted_exported_and_compared(
+    page: Page, store: tuple[str, RunStore], console_errors: list[str]
+) -> None:
+    page.set_default_timeout(TIMEOUT_MS)
+    expect.set_options(timeout=TIMEOUT_MS)
+    url, runs = store
+    (crack,) = (each.id for each in runs.records() if each.fault.mode == "baffle_crack")
+    page.goto(f"{url}/runs")
+    rows = page.locator(".ag-center-cols-container .ag-row")
+    search = page.get_by_label("Search runs")
+    expect(rows).to_have_count(3)
+    page.locator(".ag-header-select-all input").click()
+    expect(page.get_by_role("button", name="Delete 3")).to_be_enabled()
+
+    search.fill("baffle")
+    expect(rows).to_have_count(1)
+    expect(page.get_by_role("button", name="Compare 1")).to_be_enabled()
+    expect(page.get_by_role("button", name="Delete 1")).to_be_enabled()
+    expect(page.locator("#runs-hidden")).to_have_text("2 more selected, hidden by the filter")
+    page.get_by_role("button", name="Export 1").click()
+    everything = page.get_by_role("menuitem", name=re.compile("Everything"))
+    expect(everything).to_have_attribute("href", f"/runs/files?id={crack}")
+    with page.expect_download() as log:
+        page.get_by_role("menuitem", name=re.compile("Faulted flight")).click()
+    assert crack in log.value.url
+
+    # Nothing is seen: nothing can be done.
+    search.fill("no such run")
+    expect(rows).to_have_count(0)
+    expect(page.get_by_role("button", name="Delete", exact=True)).to_be_disabled()
+    expect(page.get_by_role("button", name="Compare", exact=True)).to_be_disabled()
+
+    # A selection that was hidden comes back with its rows.
+    search.fill("")
+    expect(page.get_by_role("button", name="Delete 3")).to_be_enabled()
+    expect(page.locator("#runs-hidden")).to_be_empty()
+
+    search.fill("baffle")
+    page.get_by_role("button", name="Delete 1").click()
+    expect(page.locator("#runs-notice")).to_contain_text("1 run deleted.")
+    expect(rows).to_have_count(0)
+    assert {each.fault.mode for each in runs.records()} == {"nominal", "engine_failure"}
+    search.fill("")
+    expect(rows).to_have_count(2)
+    page.get_by_role("button", name="Undo").click()
+    expect(rows).to_have_count(3)
+    assert len(runs.records()) == 3
+    assert console_errors == []
+
+
 def test_runs_are_found_marked_exported_deleted_and_had_back(
     page: Page, store: tuple[str, RunStore], console_errors: list[str], tmp_path: Path
 ) -> None:
