@@ -31,7 +31,7 @@ from app.pages.services import Services
 from app.recorder import Recorder, warm_up
 from app.scenes.recordings import Recordings
 from app.scenes.viser_proxy import ViserScenes
-from app.security import BodyLimit, SecurityHeaders, content_security_policy
+from app.security import BodyLimit, SameOrigin, SecurityHeaders, content_security_policy
 from core.errors import InputError, WorkerError
 from core.jobs.engine import Engine
 from core.jobs.store import RunStore, default_root
@@ -114,6 +114,7 @@ def create_app(
     server.add_middleware(BodyLimit, uncounted=(run_files.IMPORT_PATH,))
     if token is not None:
         server.add_middleware(TokenGate, token=token, port=port)
+    server.add_middleware(SameOrigin)
     server.add_middleware(TrustedHostMiddleware, allowed_hosts=names_of(host))
     server.add_middleware(SecurityHeaders, policy=policy, isolated=token is None)
     return server
