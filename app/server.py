@@ -34,6 +34,7 @@ from app.scenes.viser_proxy import ViserScenes
 from app.security import BodyLimit, SameOrigin, SecurityHeaders, content_security_policy
 from core.errors import InputError, WorkerError
 from core.jobs.engine import Engine
+from core.jobs.scheduler import RemoteScheduler
 from core.jobs.store import RunStore, default_root
 from core.paths import ASSETS
 from core.teach.classroom import Classroom
@@ -123,12 +124,12 @@ def create_app(
 def serve(
     host: str = "127.0.0.1",
     port: int = 8050,
-    scheduler: str | None = None,
+    scheduler: RemoteScheduler | None = None,
     store_root: Path | None = None,
 ) -> None:
     """Serve until told to stop (Ctrl-C or SIGTERM), then leave no process behind.
 
-    ``scheduler``: address of a Dask scheduler, None for workers of our own. ``store_root``: folder
+    ``scheduler``: None for workers of our own. ``store_root``: folder
     of the runs, None for the default one. Elsewhere than on loopback it asks for a token, which is
     part of the link printed. Raises `InputError` for an address that is not this machine's own,
     `WorkerError` for a port that is taken or a scheduler that does not answer, and `StoreError` for
@@ -143,6 +144,8 @@ def serve(
         try:
             engine = Engine(store, scheduler)
             try:
+                if scheduler is not None and scheduler.warning:
+                    print(scheduler.warning, file=sys.stderr)
                 print(
                     f"MirrorTwin is at {link(host, port, token)} (Ctrl-C stops it)", file=sys.stderr
                 )
