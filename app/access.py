@@ -8,11 +8,11 @@ import hmac
 import os
 import secrets
 import socket
-from http.cookies import SimpleCookie
 from ipaddress import ip_address
 from urllib.parse import parse_qsl, urlencode
 
 from starlette.datastructures import Headers
+from starlette.requests import cookie_parser
 from starlette.responses import PlainTextResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Receive, Scope, Send
 
@@ -107,8 +107,10 @@ class TokenGate:
             await self._welcome(scope)(scope, receive, send)
 
     def _knows(self, scope: Scope) -> bool:
-        cookies = SimpleCookie(Headers(scope=scope).get("cookie", ""))
-        return self._cookie in cookies and self._is_token(cookies[self._cookie].value)
+        # One by one: browsers send what every server of this host has set, however odd, and more
+        # than one of a name where paths or domains differ. None of it may keep ours from counting.
+        cookies = ";".join(Headers(scope=scope).getlist("cookie")).split(";")
+        return any(self._is_token(cookie_parser(each).get(self._cookie, "")) for each in cookies)
 
     def _sandboxed(self, scope: Scope) -> Scope | None:
         """The request without its prefix, if that is right and what it asks for is open to it."""

@@ -4,6 +4,7 @@ Plain, because Starlette's ``BaseHTTPMiddleware`` would buffer the growing recor
 """
 
 from collections.abc import Sequence
+from urllib.parse import urlsplit
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import PlainTextResponse
@@ -11,6 +12,9 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 MAX_BODY_BYTES = 1 << 20
 """No request of ours comes near a megabyte."""
+
+_SAFE_METHODS = ("GET", "HEAD", "OPTIONS")
+_DEFAULT_PORTS = {"http": 80, "https": 443}
 
 
 def content_security_policy(script_hashes: Sequence[str]) -> str:
@@ -69,6 +73,59 @@ class SecurityHeaders:
             await send(message)
 
         await self._app(scope, receive, send_secured)
+
+
+class SameOrigin:
+    """Refuses what another site's page has a browser send that could change something: 403.
+
+    Browsers let any page send to any server, and open sockets there; they do say truthfully whose
+    page it is. A program that is no browser names no page and passes, but has no use for sockets.
+    """
+
+    def __init__(self, app: ASGIApp) -> None:
+        """Wrap ``app``; the Host header must have been checked before."""
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass the request on, or refuse it."""
+        if scope["type"] == "websocket" and _is_foreign(scope, is_browser=True):
+            # Before it is accepted: the browser sees HTTP 403.
+            await send({"type": "websocket.close", "code": 1008})
+        elif (
+            scope["type"] == "http"
+            and scope["method"] not in _SAFE_METHODS
+            and _is_foreign(scope, is_browser=False)
+        ):
+            refusal = PlainTextResponse("Only pages of this server may do this.", 403)
+            await refusal(scope, receive, send)
+        else:
+            await self._app(scope, receive, send)
+
+
+def _is_foreign(scope: Scope, *, is_browser: bool) -> bool:
+    """Whether the request names a page that is not of this server.
+
+    ``is_browser``: only browsers ask for this, so that it must name one.
+    """
+    headers = Headers(scope=scope)
+    if headers.get("sec-fetch-site", "none") not in ("same-origin", "none"):
+        return True
+    scheme = {"ws": "http", "wss": "https"}.get(scope["scheme"], scope["scheme"])
+    host = headers.get("host", "")
+    # A TLS proxy in front of this server, which speaks none, need not say that it is there.
+    own = {_origin(f"{scheme}://{host}"), _origin(f"https://{host}")} - {None}
+    named = headers.getlist("origin") or ([""] if is_browser else [])
+    return any(_origin(each) not in own for each in named)
+
+
+def _origin(address: str) -> tuple[str, str, int] | None:
+    """Scheme, host and port of a web address; None if it is none."""
+    try:
+        parts = urlsplit(address)
+        port = parts.port or _DEFAULT_PORTS[parts.scheme]
+    except (ValueError, KeyError):
+        return None
+    return (parts.scheme, parts.hostname, port) if parts.hostname else None
 
 
 class BodyLimit:

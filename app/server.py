@@ -32,10 +32,11 @@ from app.pages.services import Services
 from app.recorder import Recorder, warm_up
 from app.scenes.recordings import Recordings
 from app.scenes.viser_proxy import ViserScenes
-from app.security import BodyLimit, SecurityHeaders, content_security_policy
+from app.security import BodyLimit, SameOrigin, SecurityHeaders, content_security_policy
 from core.errors import InputError, StoreError, WorkerError
 from core.jobs.engine import Engine
 from core.jobs.keeping import empty
+from core.jobs.scheduler import RemoteScheduler
 from core.jobs.store import RunStore, default_root
 from core.paths import ASSETS
 from core.teach.classroom import Classroom
@@ -123,6 +124,7 @@ def create_app(
     server.add_middleware(BodyLimit, uncounted=(run_files.IMPORT_PATH,))
     if token is not None:
         server.add_middleware(TokenGate, token=token, port=port)
+    server.add_middleware(SameOrigin)
     server.add_middleware(TrustedHostMiddleware, allowed_hosts=names_of(host))
     server.add_middleware(SecurityHeaders, policy=policy, isolated=token is None)
     return server
@@ -141,12 +143,12 @@ async def keep_emptying(store: RunStore, period_s: float = EMPTY_EVERY_S) -> Non
 def serve(
     host: str = "127.0.0.1",
     port: int = 8050,
-    scheduler: str | None = None,
+    scheduler: RemoteScheduler | None = None,
     store_root: Path | None = None,
 ) -> None:
     """Serve until told to stop (Ctrl-C or SIGTERM), then leave no process behind.
 
-    ``scheduler``: address of a Dask scheduler, None for workers of our own. ``store_root``: folder
+    ``scheduler``: None for workers of our own. ``store_root``: folder
     of the runs, None for the default one. Elsewhere than on loopback it asks for a token, which is
     part of the link printed. Raises `InputError` for an address that is not this machine's own,
     `WorkerError` for a port that is taken or a scheduler that does not answer, and `StoreError` for
@@ -161,6 +163,8 @@ def serve(
         try:
             engine = Engine(store, scheduler)
             try:
+                if scheduler is not None and scheduler.warning:
+                    print(scheduler.warning, file=sys.stderr)
                 print(
                     f"MirrorTwin is at {link(host, port, token)} (Ctrl-C stops it)", file=sys.stderr
                 )

@@ -1,9 +1,11 @@
 """``mirrortwin dataset``: the labelled flights that the networks learn from."""
 
 import argparse
+import sys
 from dataclasses import replace
 from pathlib import Path
 
+from app.cli.options import add_scheduler_options, requested_scheduler
 from app.cli.output import print_json, progress, writable_folder
 
 DESCRIPTION = """\
@@ -16,7 +18,7 @@ examples:
   mirrortwin dataset --runs-per-class 80 --out data/lab
   mirrortwin dataset --conditions field --out data/field
   mirrortwin dataset --runs-per-class 4 --out data/small --workers 1
-  mirrortwin dataset --out data/lab --scheduler tcp://10.0.0.5:8786
+  mirrortwin dataset --out data/lab --scheduler tls://10.0.0.5:8786
 """
 
 
@@ -40,9 +42,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--workers", type=int, default=2, metavar="N", help="processes that fly (default 2)"
     )
-    parser.add_argument(
-        "--scheduler", metavar="ADDRESS", help="fly on this Dask cluster, not in local processes"
-    )
+    add_scheduler_options(parser)
     parser.add_argument("--json", action="store_true", help="print what was flown as JSON")
 
 
@@ -60,13 +60,16 @@ def run(args: argparse.Namespace) -> None:
     spec = replace(
         DatasetSpec.load(), **{name: value for name, value in chosen.items() if value is not None}
     )
+    scheduler = requested_scheduler(args)
     out = writable_folder(args.out)
+    if scheduler is not None and scheduler.warning:
+        print(scheduler.warning, file=sys.stderr)
     with progress(f"flying {spec.runs_per_class} pairs a class") as show:
         manifest = generate(
             spec,
             out,
             workers=workers,
-            scheduler=args.scheduler,
+            scheduler=scheduler,
             progress=lambda done, total: show(done / total),
         )
     counts = {part: len(manifest.part(part)) for part in ("train", "validation", "test")}

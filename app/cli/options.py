@@ -4,12 +4,15 @@ import argparse
 import difflib
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from core.errors import InputError
 from core.fmea.catalogue import catalogue
 from core.fmea.fault import Fault
 from core.twin.plan import PLAN_RANGES, Plan, load_plan
+
+if TYPE_CHECKING:  # it loads Dask
+    from core.jobs.scheduler import RemoteScheduler
 
 _Option = tuple[str, str, str, str]
 """How it is typed, its unit, the field it sets, and what that is."""
@@ -100,3 +103,39 @@ def requested_fault(args: argparse.Namespace, plan: Plan) -> Fault:
     fault = Fault(args.fault, args.severity, args.onset, args.cylinder)
     fault.check_against(plan)
     return fault
+
+
+def add_scheduler_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options that `requested_scheduler` reads."""
+    group = parser.add_argument_group(
+        "a Dask cluster", "Flights are flown by processes of our own unless one is named."
+    )
+    group.add_argument(
+        "--scheduler", metavar="ADDRESS", help="its scheduler, such as tls://HOST:8786"
+    )
+    for option, text in (
+        ("--tls-ca", "certificate of the CA that it and we trust"),
+        ("--tls-cert", "our certificate"),
+        ("--tls-key", "our key, where it is not in the file of the certificate"),
+    ):
+        group.add_argument(
+            option, type=Path, metavar="FILE", help=f"{text} (PEM; else from Dask's configuration)"
+        )
+    group.add_argument(
+        "--insecure-scheduler", action="store_true",
+        help="accept one on another machine that has no TLS: anyone on its network can run code "
+        "in it and here",
+    )  # fmt: skip
+
+
+def requested_scheduler(args: argparse.Namespace) -> "RemoteScheduler | None":
+    """The scheduler that the options name; raises `InputError` if it may not be used so."""
+    from core.jobs.scheduler import RemoteScheduler
+
+    if args.scheduler is not None:
+        return RemoteScheduler(
+            args.scheduler, args.tls_ca, args.tls_cert, args.tls_key, args.insecure_scheduler
+        )
+    if args.tls_ca or args.tls_cert or args.tls_key or args.insecure_scheduler:
+        raise InputError("scheduler", "its certificates say nothing without --scheduler")
+    return None

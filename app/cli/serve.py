@@ -3,13 +3,16 @@
 import argparse
 from pathlib import Path
 
+from app.cli.options import add_scheduler_options, requested_scheduler
+
 DESCRIPTION = "Start the web app and keep it running until Ctrl-C."
 EXAMPLES = """\
 examples:
   mirrortwin serve
   mirrortwin serve --port 9000 --store ~/flights
   mirrortwin serve --host 0.0.0.0                      for other machines, with a token
-  mirrortwin serve --scheduler tcp://10.0.0.5:8786     runs fly on that Dask cluster
+  mirrortwin serve --scheduler tls://10.0.0.5:8786 --tls-ca ca.pem --tls-cert cert.pem \\
+    --tls-key key.pem                                  runs fly on that Dask cluster
 """
 
 
@@ -25,20 +28,17 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--port", type=int, default=8050, help="port to listen on, 1 to 65535 (default 8050)"
     )
     parser.add_argument(
-        "--scheduler",
-        metavar="ADDRESS",
-        help="Dask scheduler that runs the flights (default: workers of our own)",
-    )
-    parser.add_argument(
         "--store",
         type=Path,
         metavar="DIR",
         help="where runs are kept (default: $MIRRORTWIN_HOME, else .mirrortwin)",
     )
+    add_scheduler_options(parser)
 
 
 def run(args: argparse.Namespace) -> None:
     """Serve until stopped; raises `InputError`, `WorkerError` or `StoreError` if it cannot."""
+    scheduler = requested_scheduler(args)  # before what takes a second to load
     from app.server import serve
 
-    serve(host=args.host, port=args.port, scheduler=args.scheduler, store_root=args.store)
+    serve(host=args.host, port=args.port, scheduler=scheduler, store_root=args.store)

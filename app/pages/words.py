@@ -16,6 +16,7 @@ from core.twin.plan import Plan
 
 STAGES: dict[Stage, str] = {
     "waiting": "Waiting for a worker",
+    "no_worker": "Waiting: there is no worker. Unless one comes soon, the run fails",
     "flying": "Flying",
     "diagnosing": "Diagnosing",
     "reporting": "Writing the report",

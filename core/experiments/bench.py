@@ -6,7 +6,6 @@ Only what workers gain is a matter of wall time, and the one figure that a busy 
 """
 
 import hashlib
-import logging
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -15,9 +14,10 @@ from statistics import median
 from typing import Any
 
 import jsbsim
-from distributed import Client, LocalCluster
+from distributed import Client
 
 from core.fmea.fault import Fault
+from core.jobs.pool import pool_client
 from core.twin.flight import fly, fly_pair
 from core.twin.plan import DT_S, Plan, checked_number
 
@@ -179,13 +179,7 @@ def _long_round(workload: Workload, one: Client, two: Client) -> LongRound:
 @contextmanager
 def workers(number: int) -> Iterator[Client]:
     """So many worker processes that have flown before."""
-    with (
-        LocalCluster(
-            n_workers=number, threads_per_worker=1, host="127.0.0.1",
-            dashboard_address="127.0.0.1:0", silence_logs=logging.ERROR,
-        ) as cluster,
-        Client(cluster, set_as_default=False) as client,
-    ):  # fmt: skip
+    with pool_client(number) as client:
         client.run(fly_on_worker, 0)
         yield client
 

@@ -9,12 +9,14 @@ from pathlib import Path
 from typing import Any, Literal, Self
 
 import numpy as np
-from distributed import Client, Future, KilledWorker, LocalCluster, as_completed
+from distributed import Client, Future, KilledWorker, as_completed
 
 from core.errors import InputError, WorkerError
 from core.experiments.archive import Archive, Manifest, StoredRun
 from core.fmea.catalogue import Mode, catalogue
 from core.fmea.fault import Fault
+from core.jobs.pool import await_workers, pool_client
+from core.jobs.scheduler import RemoteScheduler
 from core.paths import ASSETS
 from core.residual.paired import first_departure
 from core.residual.window import EFFECTIVE_STEPS, STRIDE_STEPS, WINDOW_STEPS
@@ -194,7 +196,7 @@ def generate(
     out_dir: Path,
     *,
     workers: int = 2,
-    scheduler: str | None = None,
+    scheduler: RemoteScheduler | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Manifest:
     """Fly what is missing of the data set into ``out_dir``.
@@ -255,19 +257,17 @@ def _flown(client: Client, runs: list[PlannedRun]) -> Iterator[tuple[PlannedRun,
 
 
 @contextmanager
-def _cluster(workers: int, scheduler: str | None) -> Iterator[Client]:
+def _cluster(workers: int, scheduler: RemoteScheduler | None) -> Iterator[Client]:
     """A client of the cluster at ``scheduler``, or of a local one that lives as long as this."""
     with ExitStack() as stack:
+        if scheduler is None:
+            yield stack.enter_context(pool_client(workers))
+            return
         try:
-            cluster = scheduler or stack.enter_context(
-                LocalCluster(
-                    n_workers=workers,
-                    threads_per_worker=1,
-                    host="127.0.0.1",
-                    dashboard_address=None,
-                )
+            client = stack.enter_context(
+                Client(scheduler.address, timeout=CONNECT_S, security=scheduler.security())
             )
-            client = stack.enter_context(Client(cluster, timeout=CONNECT_S))
         except (OSError, ValueError) as error:
-            raise WorkerError(f"scheduler {scheduler or 'on this machine'}: {error}") from None
+            raise WorkerError(f"scheduler {scheduler.address}: {error}") from None
+        await_workers(client, 1, f"of the scheduler {scheduler.address}")
         yield client

@@ -16,10 +16,21 @@ from core.diagnosis.diagnosis import Diagnosis
 from core.errors import InputError, StoreError, WorkerError
 from core.fmea.fault import Fault
 from core.jobs.cluster import Cluster
-from core.jobs.events import Cancelled, Event, Failed, FinalEvent, Finished, Progress, Started
+from core.jobs.events import (
+    Cancelled,
+    Event,
+    Failed,
+    FinalEvent,
+    Finished,
+    Progress,
+    Stage,
+    Started,
+)
 from core.jobs.feed import Feed, Subscription
 from core.jobs.live import Control, checked_pace
+from core.jobs.pool import START_S
 from core.jobs.records import RunRecord
+from core.jobs.scheduler import RemoteScheduler
 from core.jobs.store import SERVER_STOPPED, RunStore
 from core.jobs.submitted import Outcome, Submitted
 from core.jobs.worker import TOPIC, RunResult, diagnose_task, fly_task, fly_unseen_task, live_task
@@ -43,11 +54,18 @@ MAX_LIVE = 100
 STORED = 0.97
 """Progress when all that is left is to store the run."""
 
+NO_WORKER_SAID_S = 5.0
+"""After so long its page says that there is none."""
+
+LOOK_S = 1.0
+"""How often runs that wait look for a worker."""
+
 WORKER_DIED = (
     "the worker flying this run died, and so did the next one that tried; the rest of the system "
     "is fine. Press Run again; if it happens again, is the machine out of memory?"
 )
 CONNECTION_LOST = "the connection to the Dask scheduler broke during this run; press Run again"
+NO_WORKER = "no worker could be had for {:g} s ({}); press Run again"
 BROKEN = "the worker could not fly this run because of a fault in the program: {}"
 
 _Answer = TypeVar("_Answer", RunResult, Diagnosis)
@@ -61,17 +79,27 @@ class Engine:
     call them by ``asyncio.to_thread``. `wait` blocks. All else returns at once.
     """
 
-    def __init__(self, store: RunStore, scheduler: str | None = None, n_workers: int = 2) -> None:
+    def __init__(
+        self,
+        store: RunStore,
+        scheduler: RemoteScheduler | None = None,
+        n_workers: int = 2,
+        no_worker_s: float = START_S,
+    ) -> None:
         """Start ``n_workers`` local workers or use those at ``scheduler``; raises `WorkerError`.
 
-        Runs that an earlier process left unfinished in ``store`` are marked as failed.
+        Runs that an earlier process left unfinished in ``store`` are marked as failed. What waits
+        fails after ``no_worker_s`` seconds without any worker.
         """
         self.store = store
+        self._no_worker_s = no_worker_s
         self._cluster = Cluster(scheduler, n_workers)
         self._lock = threading.RLock()
         self._runs: OrderedDict[str, Submitted] = OrderedDict()
         self._closing = False
         self._claim = _claim(store)
+        self._closed = threading.Event()
+        threading.Thread(target=self._look, name="mirrortwin-look", daemon=True).start()
 
     def submit(
         self, plan: Plan, fault: Fault, actions: Iterable[Action] = (), *, pace: float | None = None
@@ -149,7 +177,7 @@ class Engine:
         """
         record = self.store.get(run_id)
         pair = self.store.load_pair(run_id)
-        return _answer(
+        return self._answer(
             self._cluster.client().submit(
                 diagnose_task,
                 pair,
@@ -166,7 +194,7 @@ class Engine:
 
         Blocks for a second or two. Raises `WorkerError` saying why it could not be flown.
         """
-        return _answer(self._cluster.client().submit(fly_unseen_task, plan, fault, pure=False))
+        return self._answer(self._cluster.client().submit(fly_unseen_task, plan, fault, pure=False))
 
     def history(self, run_id: str) -> list[Event]:
         """Every event so far, from the last Started on if a worker died.
@@ -191,6 +219,7 @@ class Engine:
 
     def close(self) -> None:
         """Stop all runs (their records say that the server stopped) and the local workers."""
+        self._closed.set()
         with self._lock:
             self._closing = True
             unfinished = [live for live in self._runs.values() if live.feed.final is None]
@@ -259,10 +288,38 @@ class Engine:
                 return False
             live.change(status="running", attempts=attempt)
             event = Started(live.record.id, attempt)
+            live.is_unmanned = False
             begun = live.feed.append(event) if attempt == 1 else live.feed.restart(event)
             if begun:
                 live.take_off(address, start)
             return begun
+
+    def _look(self) -> None:
+        """Have no run wait for a worker without a word, or for ever; on a thread of its own."""
+        while not self._closed.wait(LOOK_S):
+            with self._lock:
+                waiting = [live for live in self._runs.values() if live.future is not None]
+            without_s = self._cluster.without_workers_s() if waiting else 0.0
+            for live in waiting:
+                self._tell_of_workers(live, without_s)
+
+    def _tell_of_workers(self, live: Submitted, without_s: float) -> None:
+        with self._lock:
+            future = live.future
+            if future is None:
+                return
+            is_unmanned = without_s > min(NO_WORKER_SAID_S, self._no_worker_s)
+            if is_unmanned != live.is_unmanned:
+                live.is_unmanned = is_unmanned
+                stage: Stage = "no_worker" if is_unmanned else "waiting"
+                live.feed.append(Progress(live.record.id, stage, 0.0))
+            live.is_given_up = without_s > self._no_worker_s
+        if live.is_given_up:
+            future.cancel()
+
+    @property
+    def _no_worker(self) -> str:
+        return NO_WORKER.format(self._no_worker_s, self._cluster.no_worker_hint)
 
     def _settle(self, live: Submitted, future: Future[Outcome]) -> None:
         """Store what came of a run; called on Dask's callback thread, one run at a time."""
@@ -303,10 +360,28 @@ class Engine:
         run_id = live.record.id
         if live.is_cancelled:
             return Cancelled(run_id)
+        if live.is_given_up:
+            return Failed(run_id, self._no_worker, retryable=True)
         if live.is_worn_out:
             return Failed(run_id, WORKER_DIED, retryable=True)
         message = SERVER_STOPPED if self._closing else CONNECTION_LOST
         return Failed(run_id, message, retryable=True)
+
+    def _answer(self, future: Future[_Answer | Failed]) -> _Answer:
+        """What a task came to; raises `WorkerError` saying why it came to nothing."""
+        done = threading.Event()
+        future.add_done_callback(lambda _: done.set())
+        while not (done.wait(LOOK_S) or future.done()):
+            if self._cluster.without_workers_s() > self._no_worker_s:
+                future.cancel()
+                raise WorkerError(self._no_worker)
+        try:
+            outcome = future.result()
+        except (CancelledError, KilledWorker):
+            raise WorkerError(WORKER_DIED) from None
+        if isinstance(outcome, Failed):
+            raise WorkerError(outcome.message)
+        return outcome
 
     def _record(self, run_id: str) -> RunRecord:
         live = self._runs.get(run_id)
@@ -319,17 +394,6 @@ class Engine:
         feed = Feed()
         feed.append(_end_of(self.store.get(run_id)))
         return feed
-
-
-def _answer(future: Future[_Answer | Failed]) -> _Answer:
-    """What a task came to; raises `WorkerError` saying why it came to nothing."""
-    try:
-        outcome = future.result()
-    except (CancelledError, KilledWorker):
-        raise WorkerError(WORKER_DIED) from None
-    if isinstance(outcome, Failed):
-        raise WorkerError(outcome.message)
-    return outcome
 
 
 def _end_of(record: RunRecord) -> FinalEvent:

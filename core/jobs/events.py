@@ -19,7 +19,7 @@ from core.report.grounded import GroundedReport
 from core.twin.actions import Action
 
 Array32 = NDArray[np.float32]
-Stage = Literal["waiting", "flying", "diagnosing", "reporting", "storing"]
+Stage = Literal["waiting", "no_worker", "flying", "diagnosing", "reporting", "storing"]
 
 SAMPLE_STRIDE = 10
 """Every 10th of the 50 Hz samples is streamed: 5 Hz."""

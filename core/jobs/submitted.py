@@ -38,6 +38,9 @@ class Submitted:
     start: str = ""
     is_cancelled: bool = False
     is_worn_out: bool = False
+    is_unmanned: bool = False
+    """Whether its page says that there is no worker."""
+    is_given_up: bool = False
 
     @property
     def is_live(self) -> bool:

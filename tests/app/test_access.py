@@ -1,5 +1,6 @@
 """A server that other machines can reach answers only those who bring its token."""
 
+import asyncio
 import re
 from collections.abc import Iterator
 from typing import Any
@@ -7,11 +8,15 @@ from typing import Any
 import httpx
 import pytest
 from fastapi import FastAPI
+from hypothesis import given
+from hypothesis import strategies as st
+from starlette.responses import Response
 from starlette.routing import Mount, Route, WebSocketRoute
+from starlette.types import Message, Receive, Scope, Send
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
-from app.access import TOKEN_VARIABLE, link, names_of, sandbox_prefix, token_for
+from app.access import TOKEN_VARIABLE, TokenGate, link, names_of, sandbox_prefix, token_for
 from app.server import create_app
 from core.errors import InputError
 from core.fmea.fault import Fault
@@ -114,6 +119,78 @@ def test_the_sandbox_may_read_recordings_and_nothing_else(
         for path in ("/", "/runs", f"/run/{run_id}", "/recordings", "/_dash-layout"):
             assert client.get(prefix + path).status_code == 401, path
     assert TOKEN not in prefix
+
+
+NEIGHBOURS = [
+    "a,b=1", "a/b=1", "(x)=1", 'j={"a":1}', "k=a b", "expires=1", "=1", "x", 'q="', "é=ü"
+]  # fmt: skip
+"""Cookies that other servers on this host may have left: browsers send them to every port."""
+
+
+def knocks(address: str, name: str, cookies: str) -> int:
+    """The answer to a request with that Cookie header, NAME standing for ours."""
+    header = cookies.replace("NAME", name).encode("latin-1")
+    return httpx.get(address, headers=[(b"Cookie", header)]).status_code
+
+
+@pytest.mark.parametrize("odd", NEIGHBOURS)
+def test_cookies_of_neighbours_are_harmless(served: tuple[FastAPI, str], odd: str) -> None:
+    _, address = served
+    name = f"mirrortwin-{address.rsplit(':', 1)[1]}"
+    ours = f"NAME={TOKEN}"
+    for header in (f"{odd}; {ours}", f"{ours}; {odd}", f"{odd};{ours};{odd}"):
+        assert knocks(address, name, header) == 200, header
+    for header in (odd, f"{odd}; NAME=wrong", f"NAME=wrong; {odd}", f"x{ours}", f"NAME ={TOKEN}x"):
+        assert knocks(address, name, header) == 401, header
+    # One of the same name that a neighbour has set for another path or domain.
+    for header in (f"NAME=wrong; {ours}", f"{ours}; NAME=wrong"):
+        assert knocks(address, name, header) == 200, header
+
+
+class _Asked:
+    """An application behind the gate that notes whether it was asked."""
+
+    def __init__(self) -> None:
+        self.is_asked = False
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        self.is_asked = True
+
+
+def is_let_in(token: str, *cookies: bytes) -> bool:
+    """Whether the gate passes on a request with those Cookie headers."""
+    asked = _Asked()
+    gate = TokenGate(asked, token=token, port=80)
+    headers = [(b"cookie", cookie) for cookie in cookies]
+    scope = {"type": "http", "method": "POST", "path": "/", "query_string": b"", "headers": headers}
+
+    async def receive() -> Message:
+        return {"type": "http.request"}
+
+    async def send(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            assert message["status"] == 401
+
+    asyncio.run(gate(scope, receive, send))
+    return asked.is_asked
+
+
+ODD = st.binary(max_size=40).map(lambda raw: raw.replace(b"\n", b"").replace(b"\r", b""))
+
+
+@given(before=ODD, after=ODD, other=ODD)
+def test_no_cookie_locks_out_and_none_lets_in(before: bytes, after: bytes, other: bytes) -> None:
+    ours = f"mirrortwin-80={TOKEN}".encode()
+    assert is_let_in(TOKEN, before + b"; " + ours + b"; " + after)
+    assert is_let_in(TOKEN, other, ours)
+    assert not is_let_in(TOKEN, before + b"; " + after, other)
+
+
+@given(token=st.text(st.characters(min_codepoint=32, max_codepoint=126), min_size=16))
+def test_any_token_comes_back_as_it_was_set(token: str) -> None:
+    answer = Response()
+    answer.set_cookie("mirrortwin-80", token)
+    assert is_let_in(token, answer.headers["set-cookie"].split("; Path=")[0].encode())
 
 
 def test_hosts_that_are_not_this_machine_are_refused_all_the_same(

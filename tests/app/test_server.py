@@ -1,5 +1,6 @@
 """What the server answers to whom, over HTTP."""
 
+import re
 import socket
 from collections import Counter
 from collections.abc import Iterator
@@ -8,6 +9,8 @@ from typing import Any
 
 import httpx
 import pytest
+from fastapi import FastAPI
+from starlette.routing import Route
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
@@ -26,13 +29,17 @@ def store(tmp_path_factory: pytest.TempPathFactory) -> RunStore:
 
 
 @pytest.fixture(scope="module")
-def client(store: RunStore, serve_app: Any) -> Iterator[httpx.Client]:
-    """A client of the app, served by uvicorn on a free port."""
+def app(store: RunStore) -> Iterator[FastAPI]:
     engine = Engine(store, n_workers=1)
-    app = create_app(engine, store)
+    yield create_app(engine, store)
+    engine.close()
+
+
+@pytest.fixture(scope="module")
+def client(app: FastAPI, serve_app: Any) -> Iterator[httpx.Client]:
+    """A client of the app, served by uvicorn on a free port."""
     with serve_app(lambda port: app) as url, httpx.Client(base_url=url) as client:
         yield client
-    engine.close()
 
 
 def test_pages_that_exist(client: httpx.Client, store: RunStore) -> None:
@@ -86,12 +93,59 @@ def test_foreign_hosts_are_refused(client: httpx.Client, host: str) -> None:
     assert client.get("/", headers={"Host": host}).status_code == 400
 
 
-@pytest.mark.parametrize("origin", ["http://evil.example", None])
-def test_sockets_from_other_origins_are_refused(client: httpx.Client, origin: str | None) -> None:
-    address = str(client.base_url).replace("http", "ws") + "/_dash-ws-callback"
+FOREIGN = ["http://evil.example", "http://127.0.0.1:1", "ftp://127.0.0.1:{port}", "null", "", "]["]
+
+
+@pytest.mark.parametrize("path", ["/_dash-ws-callback", "/viser/x", "/nowhere"])
+@pytest.mark.parametrize("origin", [*FOREIGN, None])
+def test_sockets_from_other_origins_are_refused(
+    client: httpx.Client, path: str, origin: str | None
+) -> None:
+    own = str(client.base_url).rstrip("/")
+    named = None if origin is None else {"Origin": origin.format(port=client.base_url.port)}
     with pytest.raises(InvalidStatus) as caught:
-        connect(address, origin=origin)
+        connect(own.replace("http", "ws") + path, additional_headers=named)
     assert caught.value.response.status_code == 403
+
+
+def changing_requests(app: FastAPI) -> list[tuple[str, str]]:
+    """Every way to change something, and two that nobody foresaw."""
+    routes = [route for route in app.routes if isinstance(route, Route)]
+    ways = [
+        (method, re.sub("{[^}]*}", "x", route.path))
+        for route in routes
+        for method in sorted((route.methods or set()) - {"GET", "HEAD", "OPTIONS"})
+    ]
+    return [*ways, ("POST", "/"), ("PATCH", "/_dash-update-component"), ("PURGE", "/runs/import")]
+
+
+@pytest.mark.parametrize("origin", FOREIGN)
+def test_pages_from_elsewhere_change_nothing(
+    client: httpx.Client, app: FastAPI, origin: str
+) -> None:
+    ways = changing_requests(app)
+    assert ("POST", "/_dash-update-component") in ways and ("POST", "/runs/import") in ways
+    named = {"Origin": origin.format(port=client.base_url.port)}
+    for method, path in ways:
+        assert client.request(method, path, json={}, headers=named).status_code == 403, path
+        assert client.request(method, path, json={}).status_code != 403, path
+    assert client.get("/runs", headers=named).status_code == 200
+
+
+def test_what_a_browser_says_of_its_page_is_believed(client: httpx.Client) -> None:
+    own = str(client.base_url).rstrip("/")
+    elsewhere = own.replace("127.0.0.1", "localhost")
+    path = "/_dash-update-component"
+    # The update route has no words for an empty request; what matters is that it is asked.
+    for headers in ({"Origin": own}, {"Origin": own.upper()}, {"Sec-Fetch-Site": "same-origin"}):
+        assert client.post(path, json={}, headers=headers).status_code != 403, headers
+    for headers in ({"Origin": elsewhere}, {"Sec-Fetch-Site": "cross-site"},
+                    {"Origin": own, "Sec-Fetch-Site": "cross-site"}):  # fmt: skip
+        assert client.post(path, json={}, headers=headers).status_code == 403, headers
+    with pytest.raises(InvalidStatus) as caught:
+        connect(own.replace("http", "ws") + "/_dash-ws-callback", origin=elsewhere)
+    assert caught.value.response.status_code == 403
+    connect(own.replace("http", "ws") + "/_dash-ws-callback", origin=own).close()
 
 
 def test_large_bodies_are_refused_announced_or_not(client: httpx.Client) -> None:

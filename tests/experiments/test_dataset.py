@@ -16,6 +16,7 @@ from core.errors import InputError, WorkerError
 from core.experiments.archive import Archive, StoredRun, read_manifest, read_run, run_path
 from core.experiments.dataset import DatasetSpec, fly_run, generate, planned_runs
 from core.fmea.catalogue import catalogue, class_ids
+from core.jobs.scheduler import RemoteScheduler
 from core.residual.window import EFFECTIVE_STEPS, STRIDE_STEPS, WINDOW_STEPS
 from core.twin.flight import fly, fly_pair
 from core.twin.plan import DT_S
@@ -232,4 +233,4 @@ def test_a_journal_cut_short_is_mended(tmp_path):
 @pytest.mark.slow
 def test_an_unreachable_scheduler_is_a_clear_error(tmp_path, free_port):
     with pytest.raises(WorkerError, match=f"scheduler tcp://127.0.0.1:{free_port}"):
-        generate(SMALL, tmp_path, scheduler=f"tcp://127.0.0.1:{free_port}")
+        generate(SMALL, tmp_path, scheduler=RemoteScheduler(f"tcp://127.0.0.1:{free_port}"))

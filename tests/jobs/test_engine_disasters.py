@@ -18,6 +18,7 @@ from core.errors import StoreError, WorkerError
 from core.fmea.fault import Fault
 from core.jobs.engine import CONNECTION_LOST, WORKER_DIED, Engine
 from core.jobs.events import Failed, Finished, Progress, Samples, Started
+from core.jobs.scheduler import RemoteScheduler
 from core.jobs.store import SERVER_STOPPED, RunStore
 from core.twin.flight import fly_pair
 from core.twin.plan import Plan
@@ -205,7 +206,7 @@ def connected(store: RunStore, address: str, timeout_s: float = 30.0) -> Engine:
     deadline = time.monotonic() + timeout_s
     while True:
         try:
-            return Engine(store, scheduler=address)
+            return Engine(store, RemoteScheduler(address))
         except WorkerError:
             if time.monotonic() > deadline:
                 raise
@@ -272,7 +273,7 @@ def test_an_unreachable_scheduler_is_named_within_seconds(
 ) -> None:
     began = time.monotonic()
     with pytest.raises(WorkerError, match="dask scheduler") as caught:
-        Engine(store, scheduler=address.format(port=free_port))
+        Engine(store, RemoteScheduler(address.format(port=free_port)))
     assert address.format(port=free_port) in str(caught.value)
     assert time.monotonic() - began < 8.0
 
@@ -283,6 +284,6 @@ def test_something_else_at_the_address_is_no_scheduler(store: RunStore) -> None:
         threading.Thread(target=stranger.serve_forever, daemon=True).start()
         began = time.monotonic()
         with pytest.raises(WorkerError, match="no Dask scheduler answers"):
-            Engine(store, scheduler=f"127.0.0.1:{stranger.server_port}")
+            Engine(store, RemoteScheduler(f"127.0.0.1:{stranger.server_port}"))
         assert time.monotonic() - began < 8.0
         stranger.shutdown()

@@ -85,16 +85,6 @@ def test_an_unknown_session_has_neither_page_nor_socket(site: Site) -> None:
     assert refused.value.response.status_code == 403
 
 
-@pytest.mark.parametrize("origin", ["http://evil.example", "null", None])
-def test_a_page_from_elsewhere_is_refused(site: Site, origin: str | None) -> None:
-    session = new_session()
-    site.scenes.open(session)
-    with pytest.raises(InvalidStatus) as refused:
-        foreign = Origin(origin) if origin is not None else None
-        asyncio.run(received(socket_url(site, session), "ReplayDone", origin=foreign))
-    assert refused.value.response.status_code == 403
-
-
 def test_the_viser_port_itself_answers_nobody_else(site: Site, flown: Flown) -> None:
     scene = site.scenes.open(new_session())
     scene.show(flown.pair, flown.fault.onset_s)
