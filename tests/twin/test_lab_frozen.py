@@ -49,3 +49,14 @@ def test_the_autopilot_flies_by_hand_only_when_told():
     initial = {(one.text or "").strip(): one.get("value") for one in declared}
     assert initial["ap/by-hand"] == "0"
     assert initial["ap/power-for-climb-fps"] == "0"
+
+
+def test_the_autopilot_is_guarded_only_when_somebody_acts():
+    system = ElementTree.parse(ASSETS / "aircraft" / "mirrortwin_autopilot.xml").getroot()
+    declared = [one for one in system.iter("property") if one.get("value") is not None]
+    initial = {(one.text or "").strip(): one.get("value") for one in declared}
+    assert initial["ap/guarded"] == "0"
+    assert initial["ap/throttle-offset-least-norm"] == "-0.7"
+    assert initial["ap/throttle-offset-most-norm"] == "0.3"
+    (red_line,) = (one for one in system.iter("channel") if one.get("name") == "Red line")
+    assert red_line.get("execute") == "ap/guarded"
