@@ -245,10 +245,10 @@ class Engine:
             # Every time: a scheduler that was restarted has forgotten who listens.
             client.subscribe_topic(TOPIC, self._on_message)
             flight = (key, record.id, record.plan, record.fault)
-            live.future = (
-                client.submit(fly_task, *flight, record.actions, key=key, pure=False)
-                if control is None
-                else client.submit(live_task, *flight, key=key, pure=False)
+            task, more = (fly_task, (record.actions,)) if control is None else (live_task, ())
+            # First come, first flown, also of runs that come together and wait for a worker.
+            live.future = client.submit(
+                task, *flight, *more, key=key, pure=False, fifo_timeout="0 ms"
             )
             live.future.add_done_callback(partial(self._settle, live))
 

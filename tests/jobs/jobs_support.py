@@ -16,8 +16,11 @@ from core.twin.plan import Plan
 SHORT_PLAN = Plan(duration_s=40.0, seed=5)
 CRACK = Fault("baffle_crack", severity=0.8, onset_s=10.0)
 
+PATIENCE_S = 240.0
+"""How long to wait for what must come: nothing on a quiet machine, ages on a busy one."""
 
-def read_all(subscription: Subscription, timeout: float = 60.0) -> list[Event]:
+
+def read_all(subscription: Subscription, timeout: float = PATIENCE_S) -> list[Event]:
     """All events up to the final one."""
     events: list[Event] = []
     deadline = time.monotonic() + timeout
@@ -29,7 +32,7 @@ def read_all(subscription: Subscription, timeout: float = 60.0) -> list[Event]:
     return events
 
 
-def read_until(subscription: Subscription, kind: type[Event], timeout: float = 60.0) -> Event:
+def read_until(subscription: Subscription, kind: type[Event], timeout: float = PATIENCE_S) -> Event:
     """Read on to the next event of that kind."""
     deadline = time.monotonic() + timeout
     while True:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
-from jobs_support import CRACK, SHORT_PLAN, read_all, read_until, samples_of
+from jobs_support import CRACK, PATIENCE_S, SHORT_PLAN, read_all, read_until, samples_of
 
 from core.errors import FlightError, InputError, StoreError, WorkerError
 from core.fmea.fault import Fault
@@ -206,7 +206,7 @@ def test_only_recent_runs_keep_their_events(engine: Engine) -> None:
     runs = [engine.submit(plan, Fault()) for _ in range(RECENT_RUNS + 3)]
     held = engine.subscribe(runs[0])
     for run_id in runs:
-        engine.wait(run_id, timeout=60)
+        engine.wait(run_id, timeout=PATIENCE_S)
     last = engine.submit(plan, Fault())
     assert len(read_all(engine.subscribe(last))) > 5
     assert engine.history(runs[0]) == [Finished(runs[0])]

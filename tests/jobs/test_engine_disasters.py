@@ -12,7 +12,7 @@ from pathlib import Path
 
 import psutil
 import pytest
-from jobs_support import CRACK, SHORT_PLAN, read_all, read_until, samples_of
+from jobs_support import CRACK, PATIENCE_S, SHORT_PLAN, read_all, read_until, samples_of
 
 from core.errors import StoreError, WorkerError
 from core.fmea.fault import Fault
@@ -34,7 +34,7 @@ DASK = str(Path(sys.executable).with_name("dask"))
 def doomed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Engine]:
     """An engine whose workers get killed."""
     engine = Engine(RunStore(tmp_path_factory.mktemp("doomed")), n_workers=2)
-    engine.wait_warm(timeout=240)
+    engine.wait_warm(timeout=PATIENCE_S)
     yield engine
     engine.close()
 
@@ -79,7 +79,7 @@ def test_a_run_that_loses_two_workers_fails_and_can_be_run_again(doomed: Engine)
     record = doomed.store.get(run_id)
     assert (record.status, record.error, record.attempts) == ("failed", WORKER_DIED, 2)
     doomed.retry(run_id)
-    assert doomed.wait(run_id, timeout=60).status == "done"
+    assert doomed.wait(run_id, timeout=PATIENCE_S).status == "done"
     assert (doomed.store.get(run_id).error, doomed.store.get(run_id).attempts) == (None, 1)
 
 
@@ -128,7 +128,7 @@ def test_a_full_disk_fails_the_run_and_harms_no_other(
     engine = Engine(store, n_workers=1)
     try:
         stored = engine.submit(SHORT_PLAN, CRACK)
-        assert engine.wait(stored, timeout=60).status == "done"
+        assert engine.wait(stored, timeout=PATIENCE_S).status == "done"
         too_long = engine.submit(PLAN, CRACK)
         final = read_all(engine.subscribe(too_long))[-1]
         assert isinstance(final, Failed)
@@ -138,7 +138,7 @@ def test_a_full_disk_fails_the_run_and_harms_no_other(
         assert store.load_pair(stored).residual.tobytes() == short_pair.residual.tobytes()
         disk("size=100m")
         engine.retry(too_long)
-        assert engine.wait(too_long, timeout=60).status == "done"
+        assert engine.wait(too_long, timeout=PATIENCE_S).status == "done"
     finally:
         engine.close()
         store.close()
@@ -201,12 +201,12 @@ def elsewhere(free_port: int) -> Iterator[Elsewhere]:
     room.stop()
 
 
-def connected(store: RunStore, address: str, timeout_s: float = 30.0) -> Engine:
+def connected(store: RunStore, address: str, no_worker_s: float = PATIENCE_S) -> Engine:
     """An engine on that scheduler, once it answers."""
-    deadline = time.monotonic() + timeout_s
+    deadline = time.monotonic() + PATIENCE_S
     while True:
         try:
-            return Engine(store, RemoteScheduler(address))
+            return Engine(store, RemoteScheduler(address), no_worker_s=no_worker_s)
         except WorkerError:
             if time.monotonic() > deadline:
                 raise
@@ -234,13 +234,13 @@ def test_a_remote_scheduler_flies_the_same_and_may_come_back(
 
         elsewhere.start_scheduler()
         elsewhere.start_worker()
-        deadline = time.monotonic() + 60
+        deadline = time.monotonic() + PATIENCE_S
         while time.monotonic() < deadline:
             try:
                 again = engine.submit(SHORT_PLAN, CRACK)
             except WorkerError:
                 continue
-            if engine.wait(again, timeout=60).status == "done":
+            if engine.wait(again, timeout=PATIENCE_S).status == "done":
                 break
         assert [type(event) for event in engine.history(again)[:2]] == [Progress, Started]
         assert store.get(again).status == "done"
@@ -260,9 +260,9 @@ def test_a_remote_run_is_begun_twice_at_most(elsewhere: Elsewhere, store: RunSto
             assert read_until(subscription, Started) == Started(run_id, attempt)
             read_until(subscription, Samples)
             kill_flying_worker(engine)
-        final = engine.wait(run_id, timeout=60)
+        final = engine.wait(run_id, timeout=PATIENCE_S)
         assert (final.status, final.error, final.attempts) == ("failed", WORKER_DIED, 2)
-        assert engine.wait(engine.submit(SHORT_PLAN, Fault()), timeout=60).status == "done"
+        assert engine.wait(engine.submit(SHORT_PLAN, Fault()), timeout=PATIENCE_S).status == "done"
     finally:
         engine.close()
 
