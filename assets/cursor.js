@@ -28,6 +28,7 @@
   let due = null;
   let announced = null;
   let resting = null;
+  let slid = 0; // the value of the slider in Dash
   let following = null;
   let awaiting = null;
 
@@ -81,7 +82,10 @@
   }
 
   function rest() {
-    setProps("scrub", { value: time_s ?? flight().flownUntil() });
+    const at_s = time_s ?? flight().flownUntil();
+    if (at_s === slid) return;
+    slid = at_s;
+    setProps("scrub", { value: at_s });
   }
 
   // The aircraft are moved by the server.
@@ -374,8 +378,11 @@
     cursor: {
       move, point, zoomTo, panTo, begin, showMarks,
       get time_s() { return time_s; },
-      // The slider also reports the values that we set: only a hand on it moves the cursor.
+      // The slider also reports the values that we set: only a hand on it moves the cursor. Nor is it
+      // set to where the hand has put it: that could come after the hand's next move, and undo it.
       scrub(value) {
+        if (value === slid) return;
+        slid = value;
         const root = element("scrub");
         const handled = root && (root.matches(":hover") || root.contains(document.activeElement));
         if (handled && time_s !== value && playing === null) move(value);
