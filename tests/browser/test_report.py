@@ -74,6 +74,7 @@ def done(
 
 @pytest.fixture
 def report(page: Page, done: tuple[Any, str]) -> Page:
+    expect.set_options(timeout=TIMEOUT_MS)
     page.set_viewport_size({"width": 1440, "height": 900})
     page.goto(done[1])
     page.locator("#report h2").nth(4).wait_for(timeout=TIMEOUT_MS)
