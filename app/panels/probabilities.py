@@ -9,11 +9,11 @@ from app import theme
 from app.panels.axes import (
     Array,
     Figure,
+    along,
     bare_layout,
     clock,
     kept_rows,
     moment,
-    moments,
     onset_mark,
     packed,
     time_axis,
@@ -86,7 +86,7 @@ def probability_figure(
             "type": "scatter",
             "mode": "lines",
             "name": names[mode],
-            "x": moments(time_s[drawn[mode]]),
+            **along(time_s[drawn[mode]]),
             "y": packed(lines[mode][drawn[mode]]),
             "line": {
                 "color": colours.get(mode, theme.CLASS_REST),

@@ -246,7 +246,8 @@ def _flown(client: Client, runs: list[PlannedRun]) -> Iterator[tuple[PlannedRun,
     waiting = iter(runs)
     running: dict[Future[FlownRun], PlannedRun] = {}
     ahead = IN_FLIGHT_PER_WORKER * max(1, sum(client.nthreads().values()))
-    landing = as_completed([submitted(run) for run in islice(waiting, ahead)], with_results=True)
+    first = [submitted(run) for run in islice(waiting, ahead)]
+    landing = as_completed(first, loop=client.loop, with_results=True)
     try:
         for future, flown in landing:
             yield running.pop(future), flown
