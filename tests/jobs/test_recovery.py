@@ -40,6 +40,12 @@ def finished(store: RunStore, pair: Pair) -> RunRecord:
     return store.save_result(record.id, a_diagnosis(), a_report())
 
 
+@pytest.fixture(autouse=True)
+def warnings_are_logged(caplog: pytest.LogCaptureFixture) -> None:
+    """Whatever an earlier test has set the level to."""
+    caplog.set_level(logging.WARNING)
+
+
 @pytest.fixture
 def closed(tmp_path: Path, short_pair: Pair) -> Iterator[tuple[Path, list[RunRecord]]]:
     """A closed store: a run with a label, one without, one thrown away, and one that failed."""
