@@ -23,7 +23,7 @@ from playwright.sync_api import BrowserContext, Page
 
 COMMAND = str(Path(sys.executable).with_name("mirrortwin"))
 CHROMIUM = Path("/usr/bin/chromium")
-START_S = 60.0
+START_S = 180.0
 STOP_S = 10.0
 ALONE_S = 240.0
 
