@@ -242,7 +242,7 @@ def _number(name: str, label: str, value: float | None, step: float) -> dmc.Numb
         clampBehavior="none",
         size="xs",
         className="live-number",
-        **attributes(aria_label=f"{label}, {low:g} to {high:g} {unit}".rstrip()),
+        **attributes(aria_label=f"{label}, {low:g} to {high:g} {unit}".rstrip(), data_unit=unit),
     )
 
 

@@ -164,6 +164,7 @@ def _plan_fields(values: Mapping[str, Any]) -> list[Any]:
             allowDecimal=False,
             clampBehavior="none",
             size="xs",
+            **attributes(data_whole="yes"),
         ),
         _choice(
             "conditions",
@@ -288,6 +289,7 @@ def _number(
         # Never correct silently what was typed: the error names the range instead.
         clampBehavior="none",
         size="xs",
+        **attributes(data_unit=suffix.strip()),
     )
 
 

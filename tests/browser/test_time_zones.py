@@ -50,7 +50,7 @@ def open_in(new_context: Callable[..., BrowserContext], server: Any) -> Open:
             lambda route: route.fulfill(body="<!doctype html>", content_type="text/html"),
         )
         page = context.new_page()
-        page.goto(server.url + path)
+        page.goto(server.url + path, timeout=TIMEOUT_MS)
         return page
 
     return opened
@@ -115,8 +115,8 @@ def test_axes_cursor_and_zoom_count_from_the_start_of_the_flight(
     page.mouse.down()
     page.mouse.move(area["x"] + area["width"] * 2 / 5, middle, steps=5)
     page.mouse.up()
-    zoomed = re.compile("^(00:5[89]|01:00) to (01:5[89]|02:00)")
-    expect(page.locator("#zoom-out")).to_have_text(zoomed)
+    span = re.compile("^(00:5[89]|01:00) to (01:5[89]|02:00)")
+    expect(page.locator("#zoom-out")).to_have_text(span)
     zoom = page.evaluate("zooms.at(-1)")
     assert (zoom["min"], zoom["max"]) == pytest.approx((60.0, 120.0), abs=2.0)  # a pixel
     for chart in CHARTS:
