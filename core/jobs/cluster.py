@@ -14,7 +14,7 @@ from distributed.comm.core import connect
 from distributed.utils import LoopRunner
 
 from core.errors import WorkerError
-from core.jobs.pool import LocalPool
+from core.jobs.pool import START_S, LocalPool
 from core.jobs.scheduler import RemoteScheduler
 from core.jobs.worker import HouseManners, WarmUp
 
@@ -56,7 +56,8 @@ class Cluster:
         with self._lock:
             if self._closed:
                 raise WorkerError("the server is stopping and takes no more runs")
-            if self._client.status == "closed":
+            # One that is closing still takes runs, of which nobody would ever hear again.
+            if self._client.status not in ("running", "connecting"):
                 self._client, self._warm = self._connected()
             return self._client
 
@@ -110,7 +111,8 @@ class Cluster:
     def _connected(self) -> tuple[Client, Promise[None]]:
         if self._local is not None:
             # Flights come ten times faster straight from the worker, where we can reach it.
-            client = self._local.client(timeout=CONNECT_TIMEOUT_S, direct_to_workers=True)
+            # It is there, in this very process, however long that takes on a busy machine.
+            client = self._local.client(timeout=START_S, direct_to_workers=True)
         else:
             assert self.scheduler is not None
             _check_answers(self.scheduler)

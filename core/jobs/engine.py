@@ -7,10 +7,12 @@ import secrets
 import threading
 from collections import OrderedDict
 from collections.abc import Iterable
+from contextlib import suppress
 from functools import partial
-from typing import IO, TYPE_CHECKING, TypeVar
+from typing import IO, TYPE_CHECKING, Any, TypeVar
 
 from distributed import CancelledError, Client, Future, KilledWorker
+from distributed.client import ClosedClientError
 
 from core.diagnosis.diagnosis import Diagnosis
 from core.errors import InputError, StoreError, WorkerError
@@ -167,7 +169,7 @@ class Engine:
             if live is None or future is None:
                 return
             live.is_cancelled = True
-        future.cancel()
+        _cancel(future)
 
     def diagnose(self, run_id: str, residual: "Residual") -> Diagnosis:
         """The diagnosis of a stored run, its residuals formed in one way or another.
@@ -225,7 +227,7 @@ class Engine:
             unfinished = [live for live in self._runs.values() if live.feed.final is None]
         for live in unfinished:
             if live.future is not None:
-                live.future.cancel()
+                _cancel(live.future)
         for live in unfinished:
             live.feed.wait(timeout=5)
         self._cluster.close()
@@ -242,15 +244,22 @@ class Engine:
             self._runs[record.id] = live
             self._runs.move_to_end(record.id)
             self._forget_old_runs()
-            # Every time: a scheduler that was restarted has forgotten who listens.
-            client.subscribe_topic(TOPIC, self._on_message)
-            flight = (key, record.id, record.plan, record.fault)
-            task, more = (fly_task, (record.actions,)) if control is None else (live_task, ())
-            # First come, first flown, also of runs that come together and wait for a worker.
-            live.future = client.submit(
-                task, *flight, *more, key=key, pure=False, fifo_timeout="0 ms"
-            )
-            live.future.add_done_callback(partial(self._settle, live))
+            try:
+                live.future = self._entered(client, live)
+            except ClosedClientError:
+                self._end(live, Failed(record.id, CONNECTION_LOST, retryable=True))
+            else:
+                live.future.add_done_callback(partial(self._settle, live))
+
+    def _entered(self, client: Client, live: Submitted) -> Future[Outcome]:
+        """The run as a task of the cluster's."""
+        # Every time: a scheduler that was restarted has forgotten who listens.
+        client.subscribe_topic(TOPIC, self._on_message)
+        record = live.record
+        flight = (live.key, record.id, record.plan, record.fault)
+        task, more = (fly_task, (record.actions,)) if live.control is None else (live_task, ())
+        # First come, first flown, also of runs that come together and wait for a worker.
+        return client.submit(task, *flight, *more, key=live.key, pure=False, fifo_timeout="0 ms")
 
     def _forget_old_runs(self) -> None:
         ended = [run_id for run_id, live in self._runs.items() if live.feed.final is not None]
@@ -308,6 +317,10 @@ class Engine:
             future = live.future
             if future is None:
                 return
+            if live.client.status == "closed":
+                # A client cancels what it holds when it closes, but not what it took meanwhile.
+                self._end(live, Failed(live.record.id, CONNECTION_LOST, retryable=True))
+                return
             is_unmanned = without_s > min(NO_WORKER_SAID_S, self._no_worker_s)
             if is_unmanned != live.is_unmanned:
                 live.is_unmanned = is_unmanned
@@ -315,7 +328,7 @@ class Engine:
                 live.feed.append(Progress(live.record.id, stage, 0.0))
             live.is_given_up = without_s > self._no_worker_s
         if live.is_given_up:
-            future.cancel()
+            _cancel(future)
 
     @property
     def _no_worker(self) -> str:
@@ -336,8 +349,13 @@ class Engine:
         except Exception as error:  # a bug, but the page must not wait for ever
             logger.exception("run %s", run_id)
             final = Failed(run_id, BROKEN.format(error or type(error).__name__), retryable=True)
+        self._end(live, final)
+
+    def _end(self, live: Submitted, final: FinalEvent) -> None:
         with self._lock:
             live.future = None  # lets the worker forget the flight
+            if live.feed.final is not None:
+                return
             if isinstance(final, Failed):
                 live.change(status="failed", error=final.message)
             elif isinstance(final, Cancelled):
@@ -373,7 +391,7 @@ class Engine:
         future.add_done_callback(lambda _: done.set())
         while not (done.wait(LOOK_S) or future.done()):
             if self._cluster.without_workers_s() > self._no_worker_s:
-                future.cancel()
+                _cancel(future)
                 raise WorkerError(self._no_worker)
         try:
             outcome = future.result()
@@ -394,6 +412,12 @@ class Engine:
         feed = Feed()
         feed.append(_end_of(self.store.get(run_id)))
         return feed
+
+
+def _cancel(future: Future[Any]) -> None:
+    # A client that has closed raises; what it held is seen to by `Engine._look`.
+    with suppress(RuntimeError):
+        future.cancel()
 
 
 def _end_of(record: RunRecord) -> FinalEvent:

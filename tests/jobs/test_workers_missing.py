@@ -12,10 +12,11 @@ from jobs_support import CRACK, PATIENCE_S, SHORT_PLAN, read_all
 from test_engine_disasters import Elsewhere, connected
 
 from core.errors import WorkerError
-from core.jobs.engine import Engine
+from core.jobs.engine import CONNECTION_LOST, Engine
 from core.jobs.events import Failed, Finished, Progress
 from core.jobs.pool import LocalPool
 from core.jobs.store import RunStore
+from core.twin.plan import Plan
 
 pytestmark = [pytest.mark.slow, pytest.mark.alone]
 
@@ -92,6 +93,32 @@ def test_a_worker_without_a_nanny_is_replaced(lone: Engine) -> None:
     (nanny,) = pool(lone).workers.values()
     pool(lone).sync(nanny.close)
     assert lone.wait(lone.submit(SHORT_PLAN, CRACK), timeout=PATIENCE_S).status == "done"
+
+
+def test_a_run_that_a_closing_client_took_says_so_and_can_be_run_again(lone: Engine) -> None:
+    # A client that gives up its scheduler cancels what it holds, but takes runs a moment longer.
+    until(lambda: registered(lone))
+    run_id = lone.submit(Plan(duration_s=900.0), CRACK)
+    client = lone._cluster.client()
+    client.futures.clear()
+    client.close()
+    assert read_all(lone.subscribe(run_id))[-1] == Failed(run_id, CONNECTION_LOST, retryable=True)
+    assert lone.store.get(run_id).error == CONNECTION_LOST
+    assert lone.wait(lone.submit(SHORT_PLAN, CRACK), timeout=PATIENCE_S).status == "done"
+
+
+def test_a_client_that_closes_is_given_no_more_runs(
+    lone: Engine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    closing = lone._cluster.client()
+    monkeypatch.setattr(closing, "status", "closing")
+    assert lone._cluster.client() is not closing
+    monkeypatch.undo()
+    closing.close()
+    # One that is closed just as it is given a run.
+    monkeypatch.setattr(lone._cluster, "client", lambda: closing)
+    run_id = lone.submit(SHORT_PLAN, CRACK)
+    assert lone.wait(run_id, timeout=PATIENCE_S).error == CONNECTION_LOST
 
 
 def test_a_run_for_which_no_worker_starts_says_so_and_can_be_run_again(
