@@ -30,7 +30,8 @@ def test_a_fault_that_begins_late_is_named(mode):
     assert diagnosis.onset_s == pytest.approx(400.0, abs=30.0)
     assert diagnosis.evidence
     assert all(item.onset_s >= diagnosis.onset_s for item in diagnosis.evidence)
-    assert max(item.end_s for item in diagnosis.evidence) >= 890.0
+    # To the end, which for an engine failure is the ground, before the plan's.
+    assert max(item.end_s for item in diagnosis.evidence) >= diagnosis.time_s[-1] - 10.0
 
 
 @pytest.mark.parametrize(
