@@ -28,6 +28,7 @@ from core.errors import InputError, MirrorTwinError
 from core.paths import MODELS
 from core.residual.departure import DepartureTest
 from core.residual.healthy import STEP_S, STEP_SAMPLES, HealthyResidual, load_healthy, steps
+from core.residual.paired import first_departure
 from core.residual.window import EFFECTIVE_S, STRIDE_STEPS, WINDOW_S, WINDOW_STEPS
 from core.surrogate.controls import controls
 from core.surrogate.surrogate import Surrogate, debiased
@@ -227,7 +228,8 @@ class _MirrorReader:
         return self._residual(window)
 
     def onset(self, pair: Pair) -> float | None:
-        return find_evidence(pair)[1]
+        first = first_departure(pair.residual)
+        return None if first is None else float(pair.faulted.time_s[first])
 
     def evidence(self, pair: Pair, until_s: float | None) -> tuple[Evidence, ...]:
         return find_evidence(pair, until_s)[0]

@@ -17,7 +17,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular, toeplitz
 
-from core.channels import CHANNELS
+from core.channels import CHANNELS, N_CHANNELS
 from core.residual.healthy import (
     STEP_S,
     HealthyResidual,
@@ -170,7 +170,7 @@ class DepartureTest:
         """Before the first step."""
         self._healthy = healthy
         self._steps: list[Array] = []
-        self._mirror: list[Array] = []
+        self._mirror_range = np.array([[np.inf], [-np.inf]]).repeat(N_CHANNELS, axis=1)
         self._air_so_far: tuple[Kind, int] | None = None
         self._blocks: list[_Block] = []
         self._returned: set[tuple[int, int]] = set()
@@ -186,7 +186,8 @@ class DepartureTest:
         ``residual`` is not `rotated`. Once found, a departure stays.
         """
         self._steps.append(residual)
-        self._mirror.append(mirror)
+        least, most = self._mirror_range
+        self._mirror_range = np.array([np.minimum(least, mirror), np.maximum(most, mirror)])
         if self.found is not None or len(self._steps) < HEALTHY_STEPS:
             return self.found
         statistic = self._advanced()
@@ -211,7 +212,7 @@ class DepartureTest:
     @property
     def air(self) -> tuple[Kind, float]:
         """The kind of the flight so far, and its gustiness."""
-        return flown_kind(np.array(self._mirror)), gustiness(np.array(self._steps))
+        return flown_kind(self._mirror_range), gustiness(np.array(self._steps))
 
     def finish(self) -> Departure | None:
         """The departure found, or one that the end of the flight left no time to confirm."""
@@ -266,7 +267,7 @@ class DepartureTest:
             self._next_look = 2 * n
             roughness = max(gustiness(np.array(self._steps)), 1e-6)
             level = round(np.log(roughness) / np.log(_ROUGHNESS_RATIO))
-        return flown_kind(np.array(self._mirror)), level
+        return flown_kind(self._mirror_range), level
 
     def _dated(self, statistic: Array) -> Departure:
         """The onset most likely for all channels that take part, and those nearly as likely."""

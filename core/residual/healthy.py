@@ -108,7 +108,10 @@ def gustiness(residual_steps: Array) -> float:
 
 
 def flown_kind(mirror_steps: Array) -> Kind:
-    """Whether a flight has been a steady cruise, by the step means (n, 23) of its mirror."""
+    """Whether a flight has been a steady cruise, by step means (n, 23) of its mirror.
+
+    The least and the most of each channel, (2, 23), tell as much.
+    """
     for name, width in STEADY_RANGES:
         values = mirror_steps[:, CHANNEL_INDEX[name]]
         if float(np.ptp(values)) > width:
