@@ -135,8 +135,13 @@ class LocalPool(LocalCluster):
 
     def client(self, **options: Any) -> Client:
         """A client of it; one given the pool itself would wait for the workers, and fail as one."""
-        address = self.scheduler_address
-        return Client(address, security=self.security, set_as_default=False, **options)
+        return Client(
+            self.scheduler_address,
+            loop=self.loop,
+            security=self.security,
+            set_as_default=False,
+            **options,
+        )
 
     def count(self) -> int:
         """How many workers there are, those that still load what they need included."""
