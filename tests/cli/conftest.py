@@ -23,7 +23,7 @@ def mirrortwin(command: str, tmp_path: Path) -> Run:
     def run(*arguments: str) -> "subprocess.CompletedProcess[str]":
         return subprocess.run(
             [command, *(word.replace("OUT", str(tmp_path / "out")) for word in arguments)],
-            cwd=tmp_path, capture_output=True, text=True, timeout=280, check=False,
+            cwd=tmp_path, capture_output=True, text=True, timeout=580, check=False,
         )  # fmt: skip
 
     return run

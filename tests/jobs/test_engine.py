@@ -130,7 +130,7 @@ def test_cancel_stops_a_flight_within_a_block(engine: Engine) -> None:
     assert engine.wait(run_id).status == engine.store.get(run_id).status == "cancelled"
     began = time.monotonic()  # the workers are free again, long before two hours are flown
     for short in [engine.submit(SHORT_PLAN, Fault()) for _ in range(3)]:
-        assert engine.wait(short, timeout=20).status == "done"
+        assert engine.wait(short, timeout=PATIENCE_S).status == "done"
     assert time.monotonic() - began < 10.0
 
 
@@ -140,18 +140,18 @@ def test_a_run_that_waits_for_a_worker_can_be_cancelled(engine: Engine) -> None:
         read_until(engine.subscribe(run_id), Samples)
     waiting = engine.submit(SHORT_PLAN, CRACK)
     engine.cancel(waiting)
-    assert engine.wait(waiting, timeout=5).status == "cancelled"
+    assert engine.wait(waiting, timeout=PATIENCE_S).status == "cancelled"
     assert Started not in {type(event) for event in engine.history(waiting)}
     for run_id in flying:
         engine.cancel(run_id)
-        engine.wait(run_id, timeout=10)
+        engine.wait(run_id, timeout=PATIENCE_S)
 
 
 def test_a_cancelled_run_can_be_flown_again(engine: Engine) -> None:
     run_id = engine.submit(Plan(duration_s=600.0), CRACK)
     read_until(engine.subscribe(run_id), Samples)
     engine.cancel(run_id)
-    engine.wait(run_id, timeout=10)
+    engine.wait(run_id, timeout=PATIENCE_S)
     engine.retry(run_id)
     events = read_all(engine.subscribe(run_id))
     assert (events[1], events[-1]) == (Started(run_id, 1), Finished(run_id))
@@ -165,7 +165,7 @@ def test_only_what_ended_badly_is_retried(engine: Engine) -> None:
     run_id = engine.submit(SHORT_PLAN, CRACK)
     with pytest.raises(InputError, match="nothing to retry"):
         engine.retry(run_id)
-    engine.wait(run_id, timeout=30)
+    engine.wait(run_id, timeout=PATIENCE_S)
     with pytest.raises(InputError, match="is done"):
         engine.retry(run_id)
 
@@ -198,7 +198,7 @@ def test_wait_gives_up_in_time(engine: Engine) -> None:
     with pytest.raises(WorkerError, match=r"not done after 0\.1 s"):
         engine.wait(run_id, timeout=0.1)
     engine.cancel(run_id)
-    engine.wait(run_id, timeout=10)
+    engine.wait(run_id, timeout=PATIENCE_S)
 
 
 def test_only_recent_runs_keep_their_events(engine: Engine) -> None:
@@ -240,7 +240,7 @@ def test_one_engine_leaves_the_runs_of_another_alone(engine: Engine) -> None:
         other.close()
     assert engine.store.get(run_id).status == "running"
     engine.cancel(run_id)
-    engine.wait(run_id, timeout=10)
+    engine.wait(run_id, timeout=PATIENCE_S)
 
 
 def test_a_closed_engine_leaves_no_run_open(tmp_path: Path) -> None:
@@ -257,5 +257,5 @@ def test_a_closed_engine_leaves_no_run_open(tmp_path: Path) -> None:
     assert isinstance(read_all(reader)[-1], Failed)
     with pytest.raises(WorkerError, match="stopping"):
         engine.submit(SHORT_PLAN, CRACK)
-    _, alive = psutil.wait_procs(own, timeout=10)
+    _, alive = psutil.wait_procs(own, timeout=PATIENCE_S)
     assert alive == []

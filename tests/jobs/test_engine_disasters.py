@@ -116,7 +116,7 @@ def test_a_killed_servers_run_is_marked_when_the_next_one_starts(tmp_path: Path)
         assert engine.history(run_id) == [Failed(run_id, SERVER_STOPPED, retryable=True)]
     finally:
         engine.close()
-    _, alive = psutil.wait_procs(workers, timeout=15)
+    _, alive = psutil.wait_procs(workers, timeout=PATIENCE_S)
     assert alive == []  # the orphaned workers have gone by themselves
 
 

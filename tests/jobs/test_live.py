@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from jobs_support import SHORT_PLAN, read_all, read_until, samples_of
+from jobs_support import PATIENCE_S, SHORT_PLAN, read_all, read_until, samples_of
 
 from core.errors import InputError, StoreError
 from core.fmea.fault import Fault
@@ -113,7 +113,7 @@ def test_a_live_flight_is_its_plan_and_its_actions(engine: Engine) -> None:
     assert residual[onset:].any()
 
     again = engine.submit(PLAN, HEALTHY, actions)
-    assert engine.wait(again, timeout=60).status == "done"
+    assert engine.wait(again, timeout=PATIENCE_S).status == "done"
     assert engine.store.load_pair(again).residual.tobytes() == residual.tobytes()
     assert engine.store.get(again).actions == actions
 
@@ -146,7 +146,7 @@ def test_it_keeps_its_pace_and_stands_still_in_a_pause(engine: Engine) -> None:
     record = engine.store.get(run_id)
     assert (record.status, record.actions) == ("cancelled", acted.actions)
     engine.retry(run_id)
-    assert engine.wait(run_id, timeout=60).status == "done"
+    assert engine.wait(run_id, timeout=PATIENCE_S).status == "done"
     assert assert_flown_again(engine, run_id) == acted.actions
 
 
@@ -157,7 +157,7 @@ def test_live_flights_leave_room_for_others(engine: Engine) -> None:
     for subscription in subscriptions:
         read_until(subscription, Samples)
     run_id = engine.submit(SHORT_PLAN, HEALTHY)
-    assert engine.wait(run_id, timeout=30).status == "done"
+    assert engine.wait(run_id, timeout=PATIENCE_S).status == "done"
     for live in waiting:
         engine.cancel(live)
     for subscription in subscriptions:
@@ -173,7 +173,7 @@ def test_what_cannot_be_done_is_refused_and_stored_nowhere(engine: Engine) -> No
     with pytest.raises(InputError, match="pace"):
         engine.steer(run_id, pace=-1.0)
     engine.cancel(run_id)
-    engine.wait(run_id, timeout=30)
+    engine.wait(run_id, timeout=PATIENCE_S)
     for late in (lambda: engine.act(run_id, Repair(1.0)), lambda: engine.steer(run_id, pace=1.0)):
         with pytest.raises(InputError, match="not a live flight in the air"):
             late()
@@ -196,7 +196,7 @@ def test_an_action_that_cannot_be_stored_is_not_flown(
         with pytest.raises(StoreError):
             engine.act(run_id, SetFault(0.0, "engine_failure", 0.9))
     engine.steer(run_id, pace=math.inf)
-    assert engine.wait(run_id, timeout=60).status == "done"
+    assert engine.wait(run_id, timeout=PATIENCE_S).status == "done"
     assert not engine.store.load_pair(run_id).residual.any()
 
 
@@ -213,7 +213,7 @@ def test_a_killed_workers_flight_is_back_in_two_seconds_with_nothing_lost(
     tmp_path_factory: pytest.TempPathFactory, record_property: Callable[[str, object], None]
 ) -> None:
     engine = Engine(RunStore(tmp_path_factory.mktemp("live")), n_workers=2)
-    engine.wait_warm(timeout=240)
+    engine.wait_warm(timeout=PATIENCE_S)
     try:
         run_id = engine.submit(PLAN, HEALTHY, pace=60.0)
         subscription = engine.subscribe(run_id)
