@@ -26,7 +26,7 @@ RPM, CHT1, CHT4, IAS = 9, 10, 13, 19
 RANGES = """
 () => ["probabilities", "residual-strip"].map((id) => {
   const { xaxis } = document.querySelector(`#${id} .js-plotly-plot`)._fullLayout;
-  return xaxis.range.map((end) => Math.round(xaxis.r2l(end) / 1000 - 86400));
+  return xaxis.range.map((end) => Math.round(xaxis.r2l(end) / 1000));
 })
 """
 """From when to when the Plotly charts go, in seconds of flight."""
