@@ -89,7 +89,7 @@ def test_a_worker_killed_as_it_comes_up_is_replaced(
 
 
 def test_a_worker_without_a_nanny_is_replaced(lone: Engine) -> None:
-    until(lambda: registered(lone))
+    until(lambda: registered(lone) if pool(lone).workers else None)
     (nanny,) = pool(lone).workers.values()
     pool(lone).sync(nanny.close)
     assert lone.wait(lone.submit(SHORT_PLAN, CRACK), timeout=PATIENCE_S).status == "done"
