@@ -3,7 +3,7 @@
 import asyncio
 import logging
 
-from app.frames import frames, joined
+from app.kit.frames import frames, joined
 from app.scenes.recording import RunLog, write_recording
 from app.scenes.recordings import Recordings
 from core.diagnosis.diagnosis import Diagnosis
@@ -11,7 +11,7 @@ from core.errors import MirrorTwinError
 from core.fmea.fault import Fault
 from core.jobs import events
 from core.jobs.engine import Engine
-from core.jobs.store import RunStore
+from core.store.store import RunStore
 from core.twin.plan import Plan
 
 logger = logging.getLogger(__name__)

@@ -22,24 +22,30 @@ from fastapi import FastAPI, Request, Response
 from fastapi.responses import HTMLResponse
 from starlette.middleware.trustedhost import TrustedHostMiddleware
 
-from app import detail, result_files, run_files
-from app.access import TokenGate, link, names_of, sandbox_prefix, token_for
-from app.live import Sessions
-from app.pages import callbacks, cell_runs, comparing, scene_controls, shell
-from app.pages.report_files import mount as mount_reports
-from app.pages.report_writing import ReportDesk
-from app.pages.services import Services
+from app import router as callbacks
+from app import shell
+from app.gate.access import TokenGate, link, names_of, sandbox_prefix, token_for
+from app.gate.security import BodyLimit, SameOrigin, SecurityHeaders, content_security_policy
+from app.pages.compare import callbacks as comparing
+from app.pages.fly import detail
+from app.pages.fly import scene_bar as scene_controls
+from app.pages.fly.session import Sessions
+from app.pages.report.files import mount as mount_reports
+from app.pages.results import cell_runs
+from app.pages.results import files as result_files
+from app.pages.runs import files as run_files
 from app.recorder import Recorder, warm_up
+from app.report_desk import ReportDesk
 from app.scenes.recordings import Recordings
 from app.scenes.viser_proxy import ViserScenes
-from app.security import BodyLimit, SameOrigin, SecurityHeaders, content_security_policy
+from app.services import Services
 from core.errors import InputError, StoreError, WorkerError
 from core.jobs.engine import Engine
-from core.jobs.keeping import empty
-from core.jobs.scheduler import RemoteScheduler
-from core.jobs.store import RunStore, default_root
-from core.paths import ASSETS
+from core.paths import WEB
+from core.store.labels import empty
+from core.store.store import RunStore, default_root
 from core.teach.classroom import Classroom
+from core.workers.scheduler import RemoteScheduler
 
 # Sets the colours before the first paint, from the choice that Mantine remembers or the system's.
 _SCHEME_SCRIPT = (
@@ -179,7 +185,7 @@ def _dash_app(server: FastAPI) -> Dash:
     dash = Dash(
         __name__,
         server=server,  # type: ignore[arg-type]  # declared for Flask; FastAPI is documented
-        assets_folder=str(ASSETS),
+        assets_folder=str(WEB),
         index_string=_INDEX,
         title="MirrorTwin",
         update_title="",

@@ -1,7 +1,7 @@
 """The 23 logged channels: the one table of names, units, limits and noise.
 
 Names and order are those of the NGAFID benchmark (Garmin G1000 logs). Limits are those of a
-Cessna 172P with an O-320-D2J (green arc and red lines; ``../shared/facts/fmea.md`` section 1).
+Cessna 172P with an O-320-D2J (green arc and red lines; ``assets/facts/fmea.md`` section 1).
 ``noise_sd`` is the white noise measured in real logs at 1 Hz (section 5 there), ``wander_sd`` the
 slow wander on top of it and ``wander_tau_s`` the time constant of a critically damped second-order
 process with the measured correlation r between seconds, (1 + 1/tau) exp(-1/tau) = r;

@@ -62,8 +62,8 @@ def run(args: argparse.Namespace) -> None:
 
 
 def _speed(args: argparse.Namespace) -> None:
-    from core.experiments.bench import FULL, QUICK, measure
-    from core.experiments.speed import BUSY
+    from core.experiments.cost.bench import FULL, QUICK, measure
+    from core.experiments.cost.speed import BUSY
 
     with progress("measuring") as show:
         speed = measure(
@@ -91,8 +91,8 @@ def _speed(args: argparse.Namespace) -> None:
 def _crowd(args: argparse.Namespace) -> None:
     from app.crowd.measure import FULL, QUICK, measure
     from app.crowd.report import BUSY, lines, result
+    from core.checks import checked_number
     from core.experiments.results import write_result
-    from core.twin.plan import checked_number
 
     clients = int(checked_number("clients", args.clients, 2, 100))
     rounds = int(checked_number("rounds", 3 if args.rounds is None else args.rounds, 1, 100))

@@ -48,8 +48,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Fly what is missing; raises `InputError` or `StoreError`."""
-    from core.experiments.dataset import DatasetSpec, generate
-    from core.twin.plan import checked_number
+    from core.checks import checked_number
+    from core.dataset.generate import DatasetSpec, generate
 
     workers = int(checked_number("workers", args.workers, 1, 256))
     chosen = {

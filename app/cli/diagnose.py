@@ -89,7 +89,7 @@ def read_interventions(folder: Path, pair: "Pair") -> "tuple[Intervention, ...]"
 
 def _read_run(folder: Path) -> "tuple[Plan | None, tuple[Action, ...]]":
     """The plan and the actions in ``run.json``; neither where there is none."""
-    from core.jobs.files import read_json
+    from core.files import read_json
     from core.twin.actions import read_action
     from core.twin.plan import Plan
 
@@ -118,8 +118,8 @@ def read_pair(folder: Path, *, mirrored: bool = True) -> "Pair":
         raise InputError("DIR", f"there is no folder {folder}")
     import numpy as np
 
-    from core.jobs.files import read_trajectory
-    from core.jobs.foreign import check_flight, check_pages
+    from core.exchange.foreign_flight import check_flight, check_pages
+    from core.twin.flight_file import read_trajectory
     from core.twin.trajectory import Pair
 
     names = ("faulted.parquet", "mirror.parquet" if mirrored else "faulted.parquet")

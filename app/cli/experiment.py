@@ -1,37 +1,15 @@
 """``mirrortwin experiment``: a result of the paper, made again."""
 
 import argparse
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from app.cli.output import print_json, progress, writable_folder
+from core.checks import checked_number
 from core.errors import InputError
-from core.twin.plan import checked_number
+from core.experiments.registry import RUNNABLE
 
 QUICK_FOLDER = Path("quick-results")
-
-EXPERIMENTS: dict[str, str] = {
-    "fig6": "paths in 3D and from the side, five faults and nominal",
-    "fig7": "six key channels, five faults and nominal",
-    "field": "field flights diagnosed from end to end: onset, verdict, false evidence",
-    "realism": "our field flights beside real G1000 logs (--logs; some ten minutes)",
-    "signs": "does every fault move every channel the way engineers say?",
-    "cross": "models of lab and of field, each tested in both; what each channel costs",
-    "delay": "how soon is a fault named, and how well at which severity?",
-    "speed": "what a flight costs, in bare JSBSim loops (some minutes; on a quiet machine)",
-    "table1": "four feature modes, the 1D-CNN, three seeds",
-    "table2": "four feature modes times six classifiers",
-    "table3": "residuals, states, or both",
-    "table4": "how far ahead the surrogate learns to predict",
-    "table5": "what a diagnosis costs by each of four ways, in milliseconds and bare JSBSim runs",
-    "table6": "how good are reports by the template and by a language model, raw and grounded?",
-    "unknown": "does it say `none of these` to what it has never learnt?",
-}
-"""Each is a module of `core.experiments` with ``run(quick, progress)``."""
-
-TRAINED = ("table1", "table2", "table3", "table4")
-"""These train on a data set: hours. What is done is kept, so that they can be filled bit by bit."""
 
 DESCRIPTION = """\
 Make a result of the paper again, from seeds. Each writes NAME.json (the figures, with settings and
@@ -46,12 +24,12 @@ examples:
   mirrortwin experiment signs --quick --out /tmp/results
   mirrortwin experiment table1 --data data/lab --minutes 60
   mirrortwin experiment table2 --conditions field
-""".format(experiments="\n".join(f"  {name:<8}{text}" for name, text in EXPERIMENTS.items()))
+""".format(experiments="\n".join(f"  {item.name:<8}{item.summary}" for item in RUNNABLE.values()))
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the options of this command."""
-    parser.add_argument("name", choices=EXPERIMENTS, metavar="NAME", help="which: see below")
+    parser.add_argument("name", choices=RUNNABLE, metavar="NAME", help="which: see below")
     parser.add_argument(
         "--quick", action="store_true", help="less data: proves the path, not the result"
     )
@@ -92,7 +70,7 @@ def run(args: argparse.Namespace) -> None:
     given = _given(args)
     out = writable_folder(args.out or (QUICK_FOLDER if args.quick else RESULTS))
     with progress(args.name) as show:
-        result = import_module(f"core.experiments.{args.name}").run(args.quick, show, **given)
+        result = RUNNABLE[args.name].run(args.quick, show, **given)
     content = write_result(result, out)
     if args.json:
         print_json(content)
@@ -104,18 +82,12 @@ def run(args: argparse.Namespace) -> None:
 
 def _given(args: argparse.Namespace) -> dict[str, Any]:
     """The options that only some experiments take; raises `InputError` where this one does not."""
-    known = {
-        "realism": ("logs",),
-        "cross": ("data",),
-        "table6": ("minutes",),
-        **dict.fromkeys(TRAINED, ("data", "conditions", "minutes")),
-    }
     given: dict[str, Any] = {}
     for name in ("logs", "data", "conditions", "minutes"):
         value = getattr(args, name)
         if value is None:
             continue
-        if name not in known.get(args.name, ()):
+        if name not in RUNNABLE[args.name].options:
             raise InputError(name, f"the experiment {args.name} takes no --{name}")
         given[name] = value
     if "minutes" in given:

@@ -8,7 +8,7 @@ from app.cli.output import print_json, writable_folder
 from core.errors import InputError
 
 if TYPE_CHECKING:
-    from core.jobs.store import RunStore
+    from core.store.store import RunStore
 
 DESCRIPTION = """\
 Write a finished run of the store to a file: everything, as a zip that `mirrortwin import` and the
@@ -50,7 +50,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Write the files; raises `InputError` or `StoreError`."""
-    from core.jobs.store import RunStore, default_root
+    from core.store.store import RunStore, default_root
 
     out: Path = args.out
     into_folder = out.is_dir() or not out.suffix
@@ -72,8 +72,8 @@ def run(args: argparse.Namespace) -> None:
 
 def _write_logs(store: "RunStore", args: argparse.Namespace, into_folder: bool) -> list[Path]:
     """Write the flights asked for as logs, a file each."""
-    from core.jobs.files import whole_file
-    from core.jobs.g1000_file import SIDES, g1000_csv, log_name
+    from core.exchange.g1000_writer import SIDES, g1000_csv, log_name
+    from core.files import whole_file
 
     record, pair = store.get(args.name), store.load_pair(args.name)
     default = SIDES if into_folder else SIDES[:1]
@@ -90,9 +90,9 @@ def _write_logs(store: "RunStore", args: argparse.Namespace, into_folder: bool) 
 
 def _write_whole(store: "RunStore", args: argparse.Namespace, into_folder: bool) -> Path:
     """Write the run as a zip, or its recording."""
-    from app.run_files import export_runs
+    from app.pages.runs.files import export_runs
     from app.scenes.recordings import with_recording
-    from core.jobs.files import whole_file
+    from core.files import whole_file
 
     record = store.get(args.name)
     path: Path = args.out

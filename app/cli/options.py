@@ -12,7 +12,7 @@ from core.fmea.fault import Fault
 from core.twin.plan import PLAN_RANGES, Plan, load_plan
 
 if TYPE_CHECKING:  # it loads Dask
-    from core.jobs.scheduler import RemoteScheduler
+    from core.workers.scheduler import RemoteScheduler
 
 _Option = tuple[str, str, str, str]
 """How it is typed, its unit, the field it sets, and what that is."""
@@ -101,7 +101,7 @@ def requested_fault(args: argparse.Namespace, plan: Plan) -> Fault:
         hint = f"did you mean {' or '.join(close)}?" if close else "there is nothing like it;"
         raise InputError("fault", f"unknown mode {args.fault!r}; {hint} see `mirrortwin faults`")
     fault = Fault(args.fault, args.severity, args.onset, args.cylinder)
-    fault.check_against(plan)
+    fault.check_within(plan.duration_s)
     return fault
 
 
@@ -130,7 +130,7 @@ def add_scheduler_options(parser: argparse.ArgumentParser) -> None:
 
 def requested_scheduler(args: argparse.Namespace) -> "RemoteScheduler | None":
     """The scheduler that the options name; raises `InputError` if it may not be used so."""
-    from core.jobs.scheduler import RemoteScheduler
+    from core.workers.scheduler import RemoteScheduler
 
     if args.scheduler is not None:
         return RemoteScheduler(

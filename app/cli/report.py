@@ -10,9 +10,9 @@ from core.errors import InputError
 
 if TYPE_CHECKING:
     from core.diagnosis.diagnosis import Diagnosis
-    from core.jobs.outcome import Outcome
-    from core.report.export import Exported
-    from core.report.writers import Writer
+    from core.diagnosis.outcome import Outcome
+    from core.report.files.export import Exported
+    from core.report.write.writers import Writer
     from core.twin.trajectory import Pair
 
     _Read = tuple[dict[str, str], Pair, Diagnosis, Outcome | None]
@@ -53,7 +53,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Print or write the report; raises `InputError`, `StoreError` or `WriterError`."""
-    from core.report.desk import open_writer
+    from core.report.write.offers import open_writer
 
     with open_writer(args.writer) as writer:
         exported = _exported(args, writer)
@@ -76,8 +76,8 @@ def run(args: argparse.Namespace) -> None:
 
 
 def _exported(args: argparse.Namespace, writer: "Writer") -> "Exported":
-    from core.report.case import open_case
-    from core.report.export import Exported
+    from core.report.case.case import open_case
+    from core.report.files.export import Exported
     from core.report.grounded import Done, write_grounded
     from core.report.questions import ask
 
@@ -98,7 +98,7 @@ def _exported(args: argparse.Namespace, writer: "Writer") -> "Exported":
 def _from_folder(folder: Path) -> "_Read":
     from app.cli.diagnose import read_interventions, read_pair, read_plan
     from core.diagnosis.predict import load_diagnoser
-    from core.experiments.provenance import provenance
+    from core.provenance import provenance
 
     pair, plan = read_pair(folder), read_plan(folder)
     identity = {"Run": folder.name, "Version": f"MirrorTwin {provenance()['mirrortwin']}"}
@@ -114,8 +114,8 @@ def _outcome(folder: Path, diagnosis: "Diagnosis") -> "Outcome | None":
     """
     import json
 
+    from core.diagnosis.outcome import Outcome, injected_faults
     from core.fmea.fault import Fault
-    from core.jobs.outcome import Outcome, injected_faults
     from core.twin.actions import read_action
     from core.twin.plan import Plan
 
@@ -130,8 +130,8 @@ def _outcome(folder: Path, diagnosis: "Diagnosis") -> "Outcome | None":
 
 
 def _from_store(run_id: str, root: Path | None) -> "_Read":
-    from core.jobs.store import RunStore, default_root
-    from core.report.stored import stored_report
+    from core.exchange.report_file import stored_report
+    from core.store.store import RunStore, default_root
 
     folder = root or default_root()
     if not folder.is_dir():
@@ -153,8 +153,8 @@ def _as_json(exported: "Exported") -> dict[str, object]:
 def _content(exported: "Exported", kind: str, *, whole: bool) -> bytes:
     import json
 
+    from core.exchange.report_file import report_file
     from core.report.grounded import as_markdown
-    from core.report.stored import report_file
 
     if kind == "json":
         return (json.dumps(_as_json(exported), indent=2, allow_nan=False) + "\n").encode()

@@ -127,8 +127,8 @@ def _write(
 
     from app.scenes.recording import write_recording
     from core.fmea.fault import Fault
-    from core.jobs.store import write_trajectory
     from core.twin.actions import action_to_dict, first_fault
+    from core.twin.flight_file import write_trajectory
 
     faulted, mirror, recording, record = (
         out / name for name in ("faulted.parquet", "mirror.parquet", "run.rrd", "run.json")

@@ -10,7 +10,7 @@ from core.paths import MODELS
 
 if TYPE_CHECKING:
     from core.diagnosis.settings import Epoch
-    from core.surrogate.training import Step
+    from core.residual.surrogate_training import Step
 
 DESCRIPTION = """\
 Train a classifier (by default the paper's convolutional network) on a data set, score it once on
@@ -84,7 +84,7 @@ def run(args: argparse.Namespace) -> None:
     if args.json:
         print_json(card)
         return
-    from core.experiments.shelf import with_onset_known
+    from core.experiments.stored import with_onset_known
 
     print(f"{card['name']} in {args.out}")
     for part, scores in card["scores"].items():
@@ -95,7 +95,7 @@ def run(args: argparse.Namespace) -> None:
 
 
 def _healthy(args: argparse.Namespace, out: Path) -> None:
-    from core.experiments.healthy import make_healthy
+    from core.experiments.models.healthy import make_healthy
     from core.residual.healthy import NAME
 
     with progress("healthy field flights") as show:
@@ -107,10 +107,10 @@ def _healthy(args: argparse.Namespace, out: Path) -> None:
 
 
 def _classifier(args: argparse.Namespace, out: Path) -> dict[str, Any]:
+    from core.dataset.archive import read_manifest
     from core.diagnosis.predict import load_surrogate
     from core.diagnosis.settings import CHOSEN_INPUTS, TrainingSettings
     from core.diagnosis.training import train
-    from core.experiments.archive import read_manifest
 
     conditions = read_manifest(args.data).spec["conditions"]
     chosen = {} if args.epochs is None else {"epochs": args.epochs}
@@ -126,7 +126,7 @@ def _classifier(args: argparse.Namespace, out: Path) -> dict[str, Any]:
 
 
 def _surrogate(args: argparse.Namespace, out: Path) -> dict[str, Any]:
-    from core.surrogate.training import CHOSEN_HORIZON, SurrogateSettings, train_surrogate
+    from core.residual.surrogate_training import CHOSEN_HORIZON, SurrogateSettings, train_surrogate
 
     horizon = CHOSEN_HORIZON[args.conditions] if args.horizon is None else args.horizon
     settings = SurrogateSettings(conditions=args.conditions, horizon=horizon, seed=args.seed)

@@ -3,7 +3,7 @@
 The delay of a sample is counted from when its block left the flight, in the worker's process, to
 when the frame that holds it has arrived in the page's, both by this machine's clock. All samples of
 a frame count with the delay of the oldest of them, so that figures err on the late side. So they
-hold the way through Dask, engine and server, the wait for the next frame (`app.frames.FRAME_S`) and
+hold the way through Dask, engine and server, the wait for the next frame (`FRAME_S`) and
 whatever the pages themselves, all in one process here, take to hear of it.
 """
 
@@ -19,14 +19,14 @@ from typing import Any
 import numpy as np
 import psutil
 
-from app import live
 from app.crowd.page import CrowdPage
 from app.crowd.server import Served, served
+from app.pages.fly import session as live
 from core.errors import WorkerError
 from core.fmea.catalogue import catalogue
 from core.fmea.fault import Fault
 from core.jobs.events import SAMPLE_STRIDE
-from core.jobs.store import RunStore
+from core.store.store import RunStore
 from core.twin.plan import Plan
 
 ENDING_S = 900.0

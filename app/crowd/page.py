@@ -19,7 +19,7 @@ import numpy as np
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
-from app.pages.setup import field_id, form_values
+from app.pages.fly.setup import field_id, form_values
 from core.channels import N_CHANNELS
 from core.errors import WorkerError
 from core.fmea.fault import Fault

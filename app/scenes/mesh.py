@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from trimesh.visual.material import PBRMaterial
 from trimesh.visual.texture import TextureVisuals
 
-from core.paths import ASSETS
+from core.paths import DATA
 
-GLB_PATH = ASSETS / "aircraft" / "c172.glb"
+GLB_PATH = DATA / "aircraft" / "c172.glb"
 WINGSPAN_M = 11.0
 
 Points = NDArray[np.float64]

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from app import theme
-from app.panels.axes import clock
 from app.scenes.palette import rgb
 from core.channels import CHANNEL_INDEX, CHANNELS, channel, unit_label
+from core.clock import clock
 from core.errors import InputError
 
 Array = NDArray[np.float64]

@@ -26,12 +26,13 @@ from app.scenes.mesh import WINGSPAN_M, aircraft_glb
 from app.scenes.palette import FAULTED, MIRROR, Rgb, rgb
 from app.scenes.rerun_blueprint import PLOTS, TIMELINE, Plot, blueprint, narrow_blueprint
 from core.channels import CHANNELS
+from core.clock import DT_S
 from core.diagnosis.diagnosis import Diagnosis
 from core.errors import StoreError
+from core.files import whole_file
 from core.fmea.catalogue import catalogue
 from core.fmea.fault import Fault
-from core.jobs.files import whole_file
-from core.twin.plan import DT_S, Plan
+from core.twin.plan import Plan
 from core.twin.trajectory import Pair
 
 APPLICATION = "mirrortwin"

@@ -23,8 +23,8 @@ from core.diagnosis.diagnosis import Diagnosis
 from core.errors import MirrorTwinError, NoSuchRunError
 from core.fmea.fault import Fault
 from core.jobs.events import Samples
-from core.jobs.records import valid_run_id
-from core.jobs.store import RunStore
+from core.store.records import valid_run_id
+from core.store.store import RunStore
 from core.twin.plan import Plan
 
 __all__ = ["Recording", "Recordings", "with_recording", "write_recording"]

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from core.dataset.archive import StoredRun, read_run
 from core.diagnosis.features import (
     WINDOW_POOLED,
     FeatureMode,
@@ -17,11 +18,10 @@ from core.diagnosis.features import (
 from core.diagnosis.scores import Labels
 from core.diagnosis.windows import Stretch, Window, scored_windows, training_windows
 from core.errors import InputError
-from core.experiments.archive import StoredRun, read_run
-from core.jobs.files import whole_file
+from core.files import whole_file
+from core.residual.controls import controls
+from core.residual.surrogate import Surrogate
 from core.residual.window import WINDOW_STEPS
-from core.surrogate.controls import controls
-from core.surrogate.surrogate import Surrogate
 from core.twin.plan import Plan
 from core.twin.trajectory import Array32, Pair
 

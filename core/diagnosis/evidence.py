@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.channels import CHANNELS, N_CHANNELS, Channel
+from core.clock import DT_S
 from core.diagnosis.diagnosis import Evidence
 from core.residual.departure import Departure
 from core.residual.healthy import (
@@ -24,8 +25,7 @@ from core.residual.healthy import (
     steps,
 )
 from core.residual.paired import first_departure
-from core.surrogate.surrogate import Surrogate
-from core.twin.plan import DT_S
+from core.residual.surrogate import Surrogate
 from core.twin.trajectory import Array, Array32, Pair
 
 MIN_OUTSIDE_STEPS = round(1.0 / DT_S)

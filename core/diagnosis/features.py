@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.channels import CHANNEL_INDEX, CHANNELS, CYLINDERS, N_CHANNELS, cht_name, egt_name
+from core.clock import DT_S
 from core.residual.window import WINDOW_STEPS
-from core.twin.plan import DT_S, Conditions
+from core.twin.plan import Conditions
 from core.twin.trajectory import Array, Array32, Pair
 
 N_FEATURES = 2 * N_CHANNELS

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from core.channels import N_CHANNELS
+from core.clock import DT_S
 from core.diagnosis.calibration import Calibration
-from core.diagnosis.card import Card, load_model
 from core.diagnosis.diagnosis import Diagnosis, Evidence, Intervention, judged_until
 from core.diagnosis.evidence import find_evidence, find_field_evidence, find_surrogate_evidence
 from core.diagnosis.features import (
@@ -25,14 +25,15 @@ from core.diagnosis.features import (
 )
 from core.diagnosis.networks import NETWORKS
 from core.errors import InputError, MirrorTwinError
+from core.model_card import Card, load_model
 from core.paths import MODELS
+from core.residual.controls import controls
 from core.residual.departure import DepartureTest
 from core.residual.healthy import STEP_S, STEP_SAMPLES, HealthyResidual, load_healthy, steps
 from core.residual.paired import first_departure
+from core.residual.surrogate import Surrogate, debiased
 from core.residual.window import EFFECTIVE_S, STRIDE_STEPS, WINDOW_S, WINDOW_STEPS
-from core.surrogate.controls import controls
-from core.surrogate.surrogate import Surrogate, debiased
-from core.twin.plan import DT_S, Conditions, Plan
+from core.twin.plan import Conditions, Plan
 from core.twin.trajectory import Array, Array32, Pair, Trajectory
 
 Residual = Literal["paired", "surrogate"]

@@ -2,11 +2,12 @@
 
 from dataclasses import dataclass
 
+from core.checks import checked_number
 from core.diagnosis.features import FEATURE_MODES, FEATURE_ROWS, Inputs
 from core.diagnosis.networks import NETWORKS
 from core.diagnosis.statistical import STATISTICAL
 from core.errors import InputError
-from core.twin.plan import Conditions, checked_number
+from core.twin.plan import Conditions
 
 CLASSIFIERS: dict[str, str] = {
     "cnn": "1D-CNN",

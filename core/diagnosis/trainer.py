@@ -13,6 +13,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
+from core.dataset.archive import Manifest
 from core.diagnosis.calibration import Logits
 from core.diagnosis.corpus import Corpus
 from core.diagnosis.features import Normalisation, feature_mode, n_features
@@ -20,8 +21,7 @@ from core.diagnosis.networks import NETWORKS
 from core.diagnosis.scores import macro_f1
 from core.diagnosis.settings import Epoch, TrainingSettings
 from core.diagnosis.statistical import STATISTICAL, STATISTICS, logits, statistics
-from core.experiments.archive import Manifest
-from core.jobs.files import whole_file
+from core.files import whole_file
 
 
 class Fit(Protocol):

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import torch
 
+from core.dataset.archive import Manifest, read_manifest
 from core.diagnosis.calibration import Calibration
-from core.diagnosis.card import Card, save_card, save_model
 from core.diagnosis.corpus import Corpus
 from core.diagnosis.features import FEATURE_MODES, Normalisation, feature_mode
 from core.diagnosis.predict import Diagnoser
@@ -17,11 +17,11 @@ from core.diagnosis.scores import Labels, scores
 from core.diagnosis.settings import Epoch, TrainingSettings
 from core.diagnosis.trainer import Fit, fit_for, identity_of
 from core.errors import InputError
-from core.experiments.archive import Manifest, read_manifest
-from core.experiments.provenance import provenance
 from core.fmea.catalogue import class_ids
+from core.model_card import Card, save_card, save_model
 from core.paths import MODELS
-from core.surrogate.surrogate import Surrogate
+from core.provenance import provenance
+from core.residual.surrogate import Surrogate
 
 FLOWN_AGAIN = ("severity", "onset_s", "cylinder")
 """What, beside its seed, a flight of the data set needs to be flown again."""

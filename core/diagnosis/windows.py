@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from core.clock import DT_S
 from core.residual.window import EFFECTIVE_STEPS, WINDOW_STEPS
-from core.twin.plan import DT_S
 
 MIN_FAULTED_STEPS = round(5.0 / DT_S)
 """A training window that begins before the fault shows holds at least this much of it: 5 s."""

@@ -13,7 +13,7 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
-from core.twin.plan import DT_S
+from core.clock import DT_S
 
 Array = NDArray[np.floating[Any]]
 

@@ -16,9 +16,9 @@ import plotly.graph_objects as go
 from PIL import Image
 
 from core.errors import MirrorTwinError
-from core.experiments.provenance import provenance
-from core.jobs.files import whole_file, write_error, write_json
+from core.files import whole_file, write_error, write_json
 from core.paths import MODELS
+from core.provenance import provenance
 
 RESULTS = MODELS / "results"
 

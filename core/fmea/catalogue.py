@@ -12,7 +12,7 @@ from core.errors import InputError
 from core.fmea.defects import ENGINE_WIDE, MOVES_ENGINE, PER_CYLINDER, PLACES
 from core.fmea.laws import LawSpec, read_law
 from core.fmea.powerplant import CARRIERS
-from core.paths import ASSETS
+from core.paths import DATA
 
 MILD = 0.3
 """The severity at which a drive has its ``mild`` size."""
@@ -70,7 +70,7 @@ class Mode:
 @cache
 def catalogue() -> Mapping[str, Mode]:
     """All modes by id, in class order, ``nominal`` first; raises `InputError` on a bad file."""
-    return read_catalogue(ASSETS / "fmea" / "catalogue.toml")
+    return read_catalogue(DATA / "fmea" / "catalogue.toml")
 
 
 @cache

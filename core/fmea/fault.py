@@ -4,9 +4,10 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from typing import Any, Self
 
+from core.checks import checked_number
+from core.clock import LONGEST_S
 from core.errors import InputError
 from core.fmea.catalogue import catalogue
-from core.twin.plan import Plan, checked_number
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +29,7 @@ class Fault:
             raise InputError("fault", f"unknown mode {self.mode!r}; one of {', '.join(modes)}")
         object.__setattr__(self, "severity", checked_number("severity", self.severity, 0.0, 1.0))
         object.__setattr__(
-            self, "onset_s", checked_number("onset_s", self.onset_s, 0.0, 7200.0, "s")
+            self, "onset_s", checked_number("onset_s", self.onset_s, 0.0, LONGEST_S, "s")
         )
         if self.cylinder is not None and self.cylinder not in (1, 2, 3, 4):
             raise InputError("cylinder", f"must be 1, 2, 3 or 4, got {self.cylinder!r}")
@@ -38,12 +39,12 @@ class Fault:
         """The cylinder hit: the chosen one, else the mode's usual one."""
         return self.cylinder or catalogue()[self.mode].cylinder
 
-    def check_against(self, plan: Plan) -> None:
-        """Raise `InputError` if the onset lies outside the flight."""
-        if self.mode != "nominal" and self.onset_s >= plan.duration_s:
+    def check_within(self, duration_s: float) -> None:
+        """Raise `InputError` if the onset lies outside a flight of that length."""
+        if self.mode != "nominal" and self.onset_s >= duration_s:
             raise InputError(
                 "onset_s",
-                f"must lie in 0 to {plan.duration_s:g} s, before the end of the flight, "
+                f"must lie in 0 to {duration_s:g} s, before the end of the flight, "
                 f"got {self.onset_s:g}",
             )
 

@@ -4,10 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from core.clock import TICK_S
 from core.fmea.catalogue import Drive, catalogue
 from core.fmea.defects import N_DEFECTS, entries
 from core.fmea.fault import Fault
-from core.fmea.laws import TICK_S, Drivers, Law
+from core.fmea.laws import Drivers, Law
 
 
 class FaultState:

@@ -12,10 +12,8 @@ from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
+from core.clock import TICK_S
 from core.errors import InputError
-
-TICK_S = 0.1
-"""Seconds between two steps of the fault state."""
 
 REFERENCE_RPM = 2450.0
 REFERENCE_QBAR_PSF = 33.9

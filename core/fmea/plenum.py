@@ -3,7 +3,7 @@
 Each part is an orifice: flow = area * sqrt(pressure drop). Inlet, deck and exit stand in series,
 the fin passages, the cooler and the leaks in parallel between the two decks. With areas A1, A2,
 A3 the deck takes (1/A2^2) / (1/A1^2 + 1/A2^2 + 1/A3^2) of the pressure drop. Areas are effective
-areas for an O-320 cowling (``../shared/facts/fmea.md`` section 2).
+areas for an O-320 cowling (``assets/facts/fmea.md`` section 2).
 """
 
 from dataclasses import dataclass

@@ -14,9 +14,9 @@ from distributed.comm.core import connect
 from distributed.utils import LoopRunner
 
 from core.errors import WorkerError
-from core.jobs.pool import START_S, LocalPool
-from core.jobs.scheduler import RemoteScheduler
 from core.jobs.worker import HouseManners, WarmUp
+from core.workers.pool import START_S, LocalPool
+from core.workers.scheduler import RemoteScheduler
 
 logger = logging.getLogger(__name__)
 

@@ -30,14 +30,14 @@ from core.jobs.events import (
 )
 from core.jobs.feed import Feed, Subscription
 from core.jobs.live import Control, checked_pace
-from core.jobs.pool import START_S
-from core.jobs.records import RunRecord
-from core.jobs.scheduler import RemoteScheduler
-from core.jobs.store import SERVER_STOPPED, RunStore
 from core.jobs.submitted import Outcome, Submitted
 from core.jobs.worker import TOPIC, RunResult, diagnose_task, fly_task, fly_unseen_task, live_task
+from core.store.records import RunRecord
+from core.store.store import SERVER_STOPPED, RunStore
 from core.twin.actions import Action, commanded, in_order
 from core.twin.plan import Plan
+from core.workers.pool import START_S
+from core.workers.scheduler import RemoteScheduler
 
 if TYPE_CHECKING:  # it loads torch
     from core.diagnosis.predict import Residual
@@ -112,7 +112,7 @@ class Engine:
         it on its way. Raises `InputError` (onset or action beyond the end, no such pace),
         `StoreError` or `WorkerError`.
         """
-        fault.check_against(plan)
+        fault.check_within(plan.duration_s)
         listed = in_order(actions, plan)
         control = None if pace is None else Control(plan, checked_pace(pace), listed)
         client = self._cluster.client()

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.channels import N_CHANNELS
-from core.twin.plan import DT_S
+from core.clock import DT_S
 from core.twin.trajectory import Pair
 
 Array32 = NDArray[np.float32]

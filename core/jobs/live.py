@@ -13,11 +13,12 @@ from collections.abc import Callable, Generator
 from dataclasses import dataclass, replace
 from typing import Self
 
+from core.clock import DT_S
 from core.errors import InputError
 from core.fmea.fault import Fault
 from core.jobs.events import SAMPLE_STRIDE, Acted, Samples
 from core.twin.actions import Action, in_order
-from core.twin.plan import DT_S, Plan
+from core.twin.plan import Plan
 from core.twin.trajectory import Pair
 
 PACES: tuple[float, ...] = (1.0, 10.0, 60.0, math.inf)

@@ -11,9 +11,9 @@ from core.errors import StoreError
 from core.jobs.events import Acted, Cancelled, Event, Failed, Paced, Samples
 from core.jobs.feed import Feed
 from core.jobs.live import Control, Orders, checked_pace, deliver
-from core.jobs.records import RunRecord
-from core.jobs.store import RunStore
 from core.jobs.worker import RunResult
+from core.store.records import RunRecord
+from core.store.store import RunStore
 from core.twin.actions import Action
 
 logger = logging.getLogger(__name__)

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from distributed import Worker, WorkerPlugin, get_worker, secede
 
+from core.clock import DT_S
 from core.diagnosis.diagnosis import Diagnosis
 from core.errors import MirrorTwinError
 from core.fmea.fault import Fault
@@ -33,7 +34,7 @@ from core.jobs.extremes import Array32, Seconds
 from core.jobs.live import Inbox, LiveFlight
 from core.report.grounded import GroundedReport
 from core.twin.actions import Action, done_by, in_order
-from core.twin.plan import DT_S, Conditions, Plan
+from core.twin.plan import Conditions, Plan
 from core.twin.trajectory import Pair
 
 if TYPE_CHECKING:  # it loads torch
@@ -97,7 +98,7 @@ def _followed(
     # Here and not above: the server imports this module too, and has no use for torch or JSBSim.
     from core.diagnosis.interventions import interventions
     from core.diagnosis.predict import load_diagnoser
-    from core.report.case import open_case
+    from core.report.case.case import open_case
     from core.report.grounded import grounded_template
 
     emit(Progress(run_id, "flying", 0.0))

@@ -10,16 +10,16 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
-from core.report.case import Case
-from core.report.checker import CheckedSentence, Checker, check_report
-from core.report.endpoint import WriterError
-from core.report.metrics import Metrics, measure
+from core.report.case.case import Case
+from core.report.check.checker import CheckedSentence, Checker
+from core.report.check.metrics import Metrics, measure
+from core.report.check.sentences import Sentence, SentenceSplitter, sentences
+from core.report.check.statements import normal
 from core.report.report import SECTION_TITLES, Report, Section
-from core.report.sentences import Sentence, SentenceSplitter, sentences
-from core.report.statements import normal
-from core.report.supplement import supplement
-from core.report.template import WRITER
-from core.report.writers import TemplateWriter, Writer, template_section
+from core.report.template.supplement import supplement
+from core.report.template.template import WRITER
+from core.report.write.endpoint import WriterError
+from core.report.write.writers import TemplateWriter, Writer, template_section
 
 MAX_FAILURES = 2
 """After this many failed sections a model is not asked again."""
@@ -145,15 +145,6 @@ def grounded_template(case: Case) -> GroundedReport:
     *_, done = write_grounded(case, TemplateWriter())
     assert isinstance(done, Done)
     return done.report
-
-
-def checked_report(case: Case, report: Report) -> GroundedReport:
-    """A report that exists already, checked as it stands: what does not hold is struck."""
-    checked = check_report(case, report)
-    origin: Origin = "template" if report.writer == WRITER else "writer"
-    found = tuple(GroundedSentence(item, origin, not item.struck) for item in checked)
-    kept = [item for item in checked if not item.struck]
-    return GroundedReport(report.writer, found, (), measure(case, checked), measure(case, kept))
 
 
 class _StuckError(WriterError):

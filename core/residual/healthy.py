@@ -33,9 +33,9 @@ from core.channels import (
     cht_name,
     egt_name,
 )
+from core.clock import DT_S
 from core.errors import MirrorTwinError
 from core.paths import MODELS
-from core.twin.plan import DT_S
 from core.twin.trajectory import Array, Array32
 
 NAME = "field-healthy"

@@ -4,7 +4,7 @@ Paper section 5.1 gives the window (1,500 steps), section 4.1 the effective wind
 beyond which the two flights have drifted apart for reasons of their own.
 """
 
-from core.twin.plan import DT_S
+from core.clock import DT_S
 
 WINDOW_S = 30.0
 STRIDE_S = 5.0

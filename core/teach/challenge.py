@@ -9,10 +9,11 @@ from typing import Any, Self
 
 import numpy as np
 
+from core.checks import checked_number
 from core.errors import InputError
 from core.fmea.catalogue import catalogue
 from core.fmea.fault import Fault
-from core.twin.plan import Plan, checked_number
+from core.twin.plan import Plan
 
 ONSET_RANGE_S = (45.0, 135.0)
 """Late enough to have seen the engine healthy, early enough for slow faults to show."""

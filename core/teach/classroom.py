@@ -19,15 +19,16 @@ from pathlib import Path
 
 from core.diagnosis.diagnosis import Diagnosis
 from core.errors import InputError, MirrorTwinError, StoreError, WorkerError
+from core.files import read_json, whole_file, write_error, write_json
 from core.fmea.fault import Fault
-from core.jobs.files import read_json, read_pair, whole_file, write_error, write_json, write_pair
-from core.jobs.records import new_run_id, valid_run_id
-from core.jobs.store import RunStore
 from core.jobs.worker import RunResult
 from core.report.grounded import GroundedReport
+from core.store.records import new_run_id, valid_run_id
+from core.store.store import RunStore
 from core.teach.attempt import Attempt
 from core.teach.challenge import Challenge, draw
 from core.teach.scoring import Mark, score
+from core.twin.flight_file import read_pair, write_pair
 from core.twin.plan import Plan
 from core.twin.trajectory import Pair, Trajectory
 

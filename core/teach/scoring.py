@@ -5,11 +5,12 @@ from dataclasses import asdict, dataclass
 from typing import Any, Literal, Self
 
 from core.channels import CHANNEL_INDEX
+from core.checks import checked_number
+from core.clock import LONGEST_S
 from core.diagnosis.diagnosis import Evidence
 from core.errors import InputError
 from core.fmea.catalogue import catalogue
-from core.fmea.knowledge import knowledge
-from core.twin.plan import checked_number
+from core.knowledge.knowledge import knowledge
 
 Verdict = Literal["right", "direction", "early", "still"]
 """Of a mark: right; moved the other way; marked before it moved; never left its mirror."""
@@ -50,7 +51,9 @@ class Mark:
             raise InputError("channel", f"unknown channel {str(self.channel)[:40]!r}")
         if self.direction not in ("+", "-"):
             raise InputError("direction", "must be + or -")
-        object.__setattr__(self, "time_s", checked_number("time_s", self.time_s, 0.0, 7200.0, "s"))
+        object.__setattr__(
+            self, "time_s", checked_number("time_s", self.time_s, 0.0, LONGEST_S, "s")
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON-ready values."""

@@ -13,10 +13,11 @@ from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
+from core.checks import checked_number
+from core.clock import TICK_S
 from core.errors import InputError
 from core.fmea.fault import Fault
-from core.fmea.laws import TICK_S
-from core.twin.plan import PLAN_RANGES, Leg, Plan, checked_number
+from core.twin.plan import PLAN_RANGES, Leg, Plan
 
 MAX_ACTIONS = 500
 """A flight with more of them is no pilot's."""

@@ -27,20 +27,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.channels import channel
+from core.clock import DT_S, STEPS_PER_TICK
 from core.errors import FlightError
-from core.fmea.laws import TICK_S, Drivers
+from core.fmea.laws import Drivers
 from core.fmea.powerplant import HEALTHY, EngineFactors
-from core.paths import ASSETS
+from core.paths import DATA
 from core.twin.conditions import FUEL_LB, Setting
 from core.twin.constants import CRUISE_MIXTURE, CRUISE_PSF
 from core.twin.hand import STILL, Drift, Hand
 from core.twin.pilot import Pilot, Targets, Where
-from core.twin.plan import DT_S, Leg, Plan, Weather
+from core.twin.plan import Leg, Plan, Weather
 from core.twin.trajectory import GROUND_FT, STATE_INDEX, STATE_NAMES
 
 Array = NDArray[np.float64]
 
-STEPS_PER_TICK = round(TICK_S / DT_S)
 
 _FPS_TO_FPM = 60.0
 _M_PER_S_PER_KT = 1852.0 / 3600.0
@@ -121,7 +121,7 @@ def _load() -> jsbsim.FGFDMExec:
     executive.set_debug_level(0)
     engine_folder = str(Path(jsbsim.get_default_root_dir()) / "engine")
     if not executive.load_model_with_paths(
-        "c172p", _aircraft_folder().name, engine_folder, str(ASSETS / "aircraft")
+        "c172p", _aircraft_folder().name, engine_folder, str(DATA / "aircraft")
     ):
         raise FlightError("JSBSim could not load the c172p with the autopilot")
     executive.set_dt(DT_S)

@@ -13,8 +13,8 @@ from scipy.signal import lfilter
 from scipy.stats import norm
 
 from core.channels import CHANNEL_INDEX, CHANNELS, CYLINDERS, cht_name, egt_name
+from core.clock import DT_S
 from core.twin.conditions import Setting
-from core.twin.plan import DT_S
 
 Array = NDArray[np.float64]
 

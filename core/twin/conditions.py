@@ -25,7 +25,7 @@ FUEL_LB = {"lab": (85.0, 140.0), "field": (105.0, 145.0)}
 FIELD_HEAD_HEAT = 0.86
 FIELD_OIL_HEAT = 0.82
 """Field aircraft run cooler than the lab's: 257-264 F (heads) and 97-102 F (oil) above the outside
-air in the steady cruise of real logs (``../shared/facts/real_noise.csv``)."""
+air in the steady cruise of real logs (``assets/facts/real_noise.csv``)."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,7 @@
 """Every constant of the sensor equations, with its unit in its name and its source beside it.
 
 [D] computed from real G1000 logs, [K] engineering judgement, S# a source: all as in
-``../shared/facts/fmea.md``. Kept as one frozen table so that an experiment can vary it.
+``assets/facts/fmea.md``. Kept as one frozen table so that an experiment can vary it.
 """
 
 from dataclasses import dataclass

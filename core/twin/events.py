@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.channels import CHANNELS
-from core.twin.plan import DT_S
+from core.clock import DT_S
 from core.twin.trajectory import GROUND_FT, Trajectory
 
 STALL_ALPHA_DEG = 16.0

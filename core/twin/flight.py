@@ -6,20 +6,21 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from core.clock import DT_S, STEPS_PER_TICK, TICK_S
 from core.errors import InputError
 from core.fmea.catalogue import catalogue
 from core.fmea.defects import N_DEFECTS
 from core.fmea.effects import Effects, effects_of, healthy
 from core.fmea.fault import Fault
 from core.fmea.injection import FaultState
-from core.fmea.laws import TICK_S, Drivers
+from core.fmea.laws import Drivers
 from core.fmea.powerplant import HEALTHY, EngineFactors, engine_factors
 from core.twin.actions import Action, Repair, SetFault, SetTarget, at_tick, in_order, tick_of
-from core.twin.aircraft import STEPS_PER_TICK, Aircraft, drivers_along
+from core.twin.aircraft import Aircraft, drivers_along
 from core.twin.avionics import Avionics
 from core.twin.conditions import Setting, flown, mirrored
 from core.twin.noise import SensorNoise
-from core.twin.plan import DT_S, Leg, Plan
+from core.twin.plan import Leg, Plan
 from core.twin.sensors import SensorSynthesiser
 from core.twin.trajectory import Pair, Trajectory
 
@@ -159,7 +160,7 @@ class PairFlight:
 
         ``live``: more may come by `act`, which costs a second flight whatever the fault.
         """
-        fault.check_against(plan)
+        fault.check_within(plan.duration_s)
         self.plan, self.fault = plan, fault
         self._to_come = list(in_order(actions, plan))
         self._clock = _Clock(plan)
@@ -259,7 +260,7 @@ def fly_pair(plan: Plan, fault: Fault, actions: Iterable[Action] = ()) -> Pair:
 
 def fly(plan: Plan, fault: Fault = NOMINAL) -> Trajectory:
     """One trajectory without its mirror, up to the ground; raises `InputError` or `FlightError`."""
-    fault.check_against(plan)
+    fault.check_within(plan.duration_s)
     setting, clock = flown(plan), _Clock(plan)
     flight, noise = _Flight(plan, fault, setting), SensorNoise(setting)
     blocks: list[Trajectory] = []

@@ -1,7 +1,7 @@
 """What nobody commands in the field: the pilot's hand on the controls, and the fuel metering.
 
 Real cruise is flown by hand: the aircraft wanders about its altitude and trades height for speed,
-in smooth air as in rough (``../shared/facts/real_noise.csv``: 40 ft/min and 3 ft within half a
+in smooth air as in rough (``assets/facts/real_noise.csv``: 40 ft/min and 3 ft within half a
 minute, also in the log whose airspeed is steady to 0.05 kt).
 """
 
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from core.fmea.laws import TICK_S
+from core.clock import TICK_S
 
 Array = NDArray[np.float64]
 

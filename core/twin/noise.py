@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.channels import CHANNEL_INDEX, CHANNELS, N_CHANNELS
+from core.clock import DT_S
 from core.twin.avionics import EXHAUSTS, HEADS
 from core.twin.conditions import Setting
 from core.twin.hand import Wander
-from core.twin.plan import DT_S
 
 Array = NDArray[np.float64]
 

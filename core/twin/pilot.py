@@ -9,7 +9,7 @@ import math
 from dataclasses import replace
 from typing import NamedTuple
 
-from core.fmea.laws import TICK_S
+from core.clock import TICK_S
 from core.twin.constants import CRUISE_MIXTURE
 from core.twin.plan import Leg, Plan
 

@@ -1,6 +1,5 @@
 """What is to be flown: the plan, its weather and its legs, validated at the edge."""
 
-import math
 import tomllib
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
@@ -9,10 +8,9 @@ from typing import Any, Literal, Self
 
 import numpy as np
 
+from core.checks import checked_number
+from core.clock import DT_S, LONGEST_S
 from core.errors import InputError
-
-DT_S = 0.02
-"""The simulation step: 50 Hz (paper section 3.1)."""
 
 Conditions = Literal["lab", "field"]
 Power = Literal["fixed", "speed_hold"]
@@ -21,27 +19,15 @@ PLAN_RANGES: dict[str, tuple[float, float, str]] = {
     "altitude_ft": (2000.0, 9000.0, "ft"),
     "speed_kt": (80.0, 115.0, "kt"),
     "heading_deg": (0.0, 360.0, "deg"),
-    "duration_s": (30.0, 7200.0, "s"),
+    "duration_s": (30.0, LONGEST_S, "s"),
     "isa_deviation_degc": (-20.0, 25.0, "degC"),
     "wind_kt": (0.0, 40.0, "kt"),
     "wind_from_deg": (0.0, 360.0, "deg"),
     "turbulence": (0.0, 4.0, ""),
-    "start_s": (0.0, 7200.0, "s"),
+    "start_s": (0.0, LONGEST_S, "s"),
     "mixture": (0.75, 1.0, ""),
 }
 """Inclusive limits of every numeric field, with its unit: forms, errors and help read this."""
-
-
-def checked_number(field: str, value: Any, low: float, high: float, unit: str = "") -> float:
-    """``value`` as a finite float in [low, high], or an `InputError` naming the field."""
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise InputError(field, f"must be a number, got {value!r}") from None
-    if not math.isfinite(number) or not low <= number <= high:
-        where = f"{low:g} to {high:g} {unit}".rstrip()
-        raise InputError(field, f"must lie in {where}, got {value}")
-    return number
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from core.channels import CHANNEL_INDEX, N_CHANNELS
+from core.clock import DT_S
 from core.fmea.effects import Effects
 from core.twin.conditions import Setting
 from core.twin.constants import CRUISE_AIR_FUEL_RATIO, OIL_PSI, OIL_PSI_AT_DEGF, OIL_PSI_RPM, C
-from core.twin.plan import DT_S
 from core.twin.trajectory import STATE_INDEX
 
 Array = NDArray[np.float64]

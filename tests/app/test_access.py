@@ -16,12 +16,12 @@ from starlette.types import Message, Receive, Scope, Send
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
-from app.access import TOKEN_VARIABLE, TokenGate, link, names_of, sandbox_prefix, token_for
+from app.gate.access import TOKEN_VARIABLE, TokenGate, link, names_of, sandbox_prefix, token_for
 from app.server import create_app
 from core.errors import InputError
 from core.fmea.fault import Fault
 from core.jobs.engine import Engine
-from core.jobs.store import RunStore
+from core.store.store import RunStore
 from core.twin.plan import Plan
 
 TOKEN = "a-token-for-tests-only"

@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from app.pages import cell_runs
-from core.experiments.dataset import DatasetSpec, planned_runs
-from core.experiments.shelf import model_cards
-from core.jobs.records import RunRecord
+from app.pages.results import cell_runs
+from core.dataset.generate import DatasetSpec, planned_runs
+from core.experiments.stored import model_cards
+from core.store.records import RunRecord
 
 
 @pytest.fixture(scope="module")

@@ -11,12 +11,7 @@ import plotly.graph_objects as go
 import pytest
 from dash._utils import to_json
 
-from app.pages import compare
-from app.pages.comparing import _all_flown
-from app.pages.runs import row_of
-from app.pages.shell import COMPARISONS, read_address
-from app.pages.words import short_titles
-from app.panels.comparison import (
+from app.figures.comparison import (
     MAX_RUNS,
     PATH_STATES,
     channels_figure,
@@ -25,13 +20,20 @@ from app.panels.comparison import (
     track_figure,
     values_of,
 )
-from app.panels.paths_3d import RISES, described, paths_figure, separations
+from app.figures.paths_3d import RISES, described, paths_figure, separations
+from app.kit.words import short_titles
+from app.pages.compare import page as compare
+from app.pages.compare.callbacks import _all_flown
+from app.pages.runs.page import row_of
+from app.shell import read_address
 from core.diagnosis.predict import load_diagnoser
-from core.experiments.fig7 import KEY_CHANNELS
+from core.experiments.paper.fig7 import KEY_CHANNELS
+from core.experiments.registry import COMPARED
 from core.fmea.fault import Fault
-from core.jobs.keeping import Label, delete
-from core.jobs.store import RunStore
-from core.report.template import write_report
+from core.report.case.case import open_case
+from core.report.grounded import grounded_template
+from core.store.labels import Label, delete
+from core.store.store import RunStore
 from core.twin.actions import SetFault
 from core.twin.flight import fly_pair
 from core.twin.plan import Plan
@@ -54,7 +56,7 @@ def store(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RunStore]:
         pair = fly_pair(PLAN, fault)
         store.save_pair(run_id, pair)
         diagnosis = load_diagnoser().diagnose(pair)
-        store.save_result(run_id, diagnosis, write_report(diagnosis))
+        store.save_result(run_id, diagnosis, grounded_template(open_case(diagnosis)))
     store.create(replace(PLAN, seed=6), Fault("baffle_seal"))
     yield store
     store.close()
@@ -78,7 +80,7 @@ def test_addresses(store: RunStore, ids: list[str]) -> None:
     assert read_address(compare.compare_path(ids), store).run_ids == tuple(ids)
     twice = read_address(compare.compare_path([*ids, ids[0]]), store)
     assert twice.run_ids == tuple(ids)
-    for name in COMPARISONS:
+    for name in COMPARED:
         assert read_address(f"/compare/{name}", store).preset == name
     for bad in ("nonsense", f"{ids[0]},nonsense", "20261123T061500-k3x9q2wz"):
         assert read_address(f"/compare/{bad}", store).kind == "missing"
@@ -101,7 +103,7 @@ def test_a_live_flight_has_the_fault_that_was_injected(store: RunStore, ids: lis
     store.save_pair(live.id, store.load_pair(ids[0])[:100])
     rows = dict(compare.differences([store.get(ids[0]), live]))
     assert rows["Fault"] == ["Nominal", "Baffle crack"]
-    assert rows["Onset"] == ["–", "00:47"]
+    assert rows["Onset"] == ["–", "0:47"]
     (drawn,) = _all_flown([live.id], ["E1 RPM"], store)
     assert (drawn.label, drawn.onset_s) == ("Baffle crack", 47.0)
     assert row_of(live, Label())["fault"] == "Baffle crack"

@@ -15,14 +15,14 @@ import psutil
 import pytest
 import uvicorn
 
-from app import live
 from app.crowd.measure import Flights, crowd, one_after_another
 from app.crowd.page import CrowdPage
 from app.crowd.server import Served, served
+from app.pages.fly import session as live
 from app.server import create_app, give_up_unread
 from core.fmea.fault import Fault
 from core.jobs.engine import Engine
-from core.jobs.store import RunStore
+from core.store.store import RunStore
 from core.twin.plan import Plan
 
 pytestmark = [pytest.mark.slow, pytest.mark.alone]

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.pages.cursor_tools import UNIT_CHOICES
-from app.panels.engine_view import SCALES, gauge_spec
-from app.panels.marks import limit_marks, named_marks, track, verdict_marks
-from app.panels.sensors import tile_specs
+from app.figures.engine_view import SCALES, gauge_spec
+from app.figures.marks import limit_marks, named_marks, track, verdict_marks
+from app.figures.sensors import tile_specs
+from app.pages.fly.cursor_tools import UNIT_CHOICES
 from app.theme import DIVERGING
 from core.channels import CHANNELS, CYLINDERS, N_CHANNELS, channel, cht_name, egt_name
 from core.diagnosis.diagnosis import Diagnosis, Evidence

@@ -7,18 +7,19 @@ import plotly.graph_objects as go
 import pytest
 from dash._utils import to_json
 
-from app.pages import fault_page, faults
-from app.pages.shell import read_address
-from app.panels.growth import growth_figure
-from app.panels.residuals import NOISE_SIGMA
-from app.panels.signature import COLUMNS, expected_text, strength
+from app.figures.growth import growth_figure
+from app.figures.residuals import NOISE_SIGMA
+from app.figures.signature import COLUMNS, expected_text, strength
+from app.pages.faults import mode_page as fault_page
+from app.pages.faults import page as faults
+from app.shell import read_address
 from core.channels import CHANNEL_INDEX
-from core.experiments.growth import SEVERITIES, Growth, fly_growth
-from core.experiments.shelf import Shelved, take
+from core.experiments.signs.growth import SEVERITIES, Growth, fly_growth
+from core.experiments.stored import Shelved, take
 from core.fmea.catalogue import catalogue
-from core.fmea.knowledge import knowledge
-from core.jobs.store import RunStore
-from core.report.search import search
+from core.knowledge.knowledge import knowledge
+from core.knowledge.search import search
+from core.store.store import RunStore
 
 
 def sent(component: object) -> str:

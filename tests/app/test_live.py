@@ -8,18 +8,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app import live
-from app.live import PageGoneError, Session, Sessions, frames, new_session_id
-from app.pages.report_writing import ReportDesk
-from app.pages.wiring import Update
-from app.panels.axes import base64_floats
+from app.figures.axes import base64_floats
+from app.kit.wiring import Update
+from app.pages.fly import session as live
+from app.pages.fly.session import PageGoneError, Session, Sessions, frames, new_session_id
+from app.report_desk import ReportDesk
 from app.scenes.viser_proxy import ViserScenes
 from core.channels import N_CHANNELS
 from core.errors import InputError, StoreError
 from core.fmea.fault import Fault
 from core.jobs import events
 from core.jobs.feed import Feed, Subscription
-from core.jobs.store import RunStore
+from core.store.store import RunStore
 from core.twin.plan import Plan
 from core.twin.trajectory import STATE_NAMES
 

@@ -5,9 +5,9 @@ import math
 import pytest
 from dash._utils import to_json
 
-from app.pages import live_controls
-from app.pages.live_controls import action_lines, action_list, asked_for, button_id, paced
-from app.pages.words import live_caution
+from app.kit.words import live_caution
+from app.pages.fly import live_controls
+from app.pages.fly.live_controls import action_lines, action_list, asked_for, button_id, paced
 from core.errors import InputError
 from core.fmea.fault import Fault
 from core.twin.actions import Repair, SetFault, SetTarget
@@ -73,7 +73,7 @@ def test_what_was_done_is_told_in_the_order_of_time() -> None:
         "Both pilots told: 5,200 ft, 95 kt",
     ]
     listed = to_json(action_list(action_lines(Fault(), actions)))
-    assert listed.index("02:30") < listed.index("00:30")
+    assert listed.index("2:30") < listed.index("0:30")
     assert action_list([]) is None
     many = to_json(action_list(action_lines(Fault(), [Repair(float(at)) for at in range(12)])))
     assert "and 4 before" in many
@@ -85,9 +85,9 @@ def test_what_was_done_is_told_in_the_order_of_time() -> None:
         ((), 100.0, None),
         ((SetFault(96.0, "engine_failure"),), 200.0, None),
         ((SetFault(96.0, "engine_failure"), Repair(352.0)), 351.0, None),
-        ((SetFault(96.0, "engine_failure"), Repair(352.0)), 900.0, "Repaired at 05:52"),
+        ((SetFault(96.0, "engine_failure"), Repair(352.0)), 900.0, "Repaired at 5:52"),
         ((Repair(352.0), SetFault(400.0, "baffle_crack")), 500.0, None),
-        ((SetTarget(398.0, altitude_ft=5000.0),), 420.0, "New targets at 06:38"),
+        ((SetTarget(398.0, altitude_ft=5000.0),), 420.0, "New targets at 6:38"),
         ((SetTarget(398.0, altitude_ft=5000.0),), 600.0, None),
     ],
 )

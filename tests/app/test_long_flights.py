@@ -11,17 +11,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from app.detail import part_of, streamed_part
-from app.pages.run_view import RunView
-from app.panels.streamed import GROUPS, LIVE_POINTS
+from app.figures.streamed import GROUPS, LIVE_POINTS
+from app.pages.fly.detail import part_of, streamed_part
+from app.pages.fly.view import RunView
 from core.channels import CHANNEL_INDEX, N_CHANNELS
+from core.clock import DT_S
 from core.errors import InputError, StoreError
 from core.fmea.fault import Fault
 from core.jobs.extremes import SECOND, Seconds, extremes
-from core.jobs.records import RunRecord, new_run_id
-from core.jobs.store import RunStore
 from core.jobs.worker import _samples
-from core.twin.plan import DT_S, Plan
+from core.store.records import RunRecord, new_run_id
+from core.store.store import RunStore
+from core.twin.plan import Plan
 from core.twin.trajectory import STATE_NAMES, Pair, Trajectory
 
 TWO_HOURS = Plan(duration_s=7200.0)

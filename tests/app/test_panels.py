@@ -8,12 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from plotly import graph_objects as go
 
-from app.pages import fly
-from app.panels.axes import clock, kept_rows, moment, moments, onset_mark, packed, time_axis
-from app.panels.probabilities import leaders, probability_figure
-from app.panels.residuals import COLUMNS, NOISE_SIGMA, binned_sigma, heat_strip
-from app.panels.sensors import decimated, tile_specs
+from app.figures.axes import kept_rows, moment, moments, onset_mark, packed, time_axis
+from app.figures.probabilities import leaders, probability_figure
+from app.figures.residuals import COLUMNS, NOISE_SIGMA, binned_sigma, heat_strip
+from app.figures.sensors import decimated, tile_specs
+from app.pages.fly import page as fly
 from core.channels import CHANNEL_INDEX, CHANNELS, N_CHANNELS
+from core.clock import clock
 from core.fmea.catalogue import catalogue
 from core.twin.trajectory import STATE_NAMES, Pair, Trajectory
 
@@ -35,14 +36,14 @@ def made_up_pair(n: int = 15_000) -> Pair:
 
 
 @pytest.mark.parametrize(
-    ("seconds", "text"), [(0, "00:00"), (75.4, "01:15"), (599.6, "10:00"), (3725, "1:02:05")]
+    ("seconds", "text"), [(0, "0:00"), (75.4, "1:15"), (599.6, "10:00"), (3725, "1:02:05")]
 )
 def test_time_reads_as_minutes_and_seconds(seconds: float, text: str) -> None:
     assert clock(seconds) == text
 
 
 def test_an_hour_long_axis_shows_hours() -> None:
-    assert time_axis(300.0)["tickformat"] == "%M:%S"
+    assert time_axis(300.0)["tickformat"] == "%-M:%S"
     assert time_axis(7200.0)["tickformat"] == "%-H:%M:%S"
 
 
@@ -149,7 +150,7 @@ class TestProbabilities:
             NAMES[classes[0]],
             NAMES[classes[5]],
         }
-        assert figure.layout.shapes[0].label.text == "onset 01:00"
+        assert figure.layout.shapes[0].label.text == "onset 1:00"
 
 
 class TestTiles:

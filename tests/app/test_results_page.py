@@ -8,14 +8,14 @@ import pytest
 from dash._utils import to_json
 
 from app.cli import main
-from app.cli.experiment import EXPERIMENTS
-from app.pages import results
-from app.pages.exhibits import EXHIBITS, MEASURES, Exhibit
-from app.pages.model_card import card_line, model_parts
-from app.panels.scores import beside_paper, confusion_figure
-from core.experiments.paper import paper_tables
-from core.experiments.shelf import ONSET_KNOWN, model_cards, take
-from core.fmea.knowledge import tell_apart
+from app.figures.scores import beside_paper, confusion_figure
+from app.pages.results import page as results
+from app.pages.results.measures import MEASURES
+from app.pages.results.model_card import card_line, model_parts
+from core.experiments.paper.published import paper_tables
+from core.experiments.registry import EXPERIMENTS, RUNNABLE, Experiment
+from core.experiments.stored import ONSET_KNOWN, model_cards, take
+from core.knowledge.knowledge import tell_apart
 
 
 def sent(component: object) -> str:
@@ -34,26 +34,28 @@ def write(folder: Path, name: str, **content: object) -> None:
     (folder / f"{name}.json").write_text(json.dumps(content))
 
 
-@pytest.mark.parametrize("name", [None, *EXHIBITS])
+@pytest.mark.parametrize("name", [None, *EXPERIMENTS])
 def test_every_page_is_laid_out_from_the_shipped_results(name: str | None) -> None:
     page = sent(results.layout(name))
     assert "written by another version" not in page
     assert "NaN" not in page
 
 
-@pytest.mark.parametrize("name", EXHIBITS)
+@pytest.mark.parametrize("name", EXPERIMENTS)
 def test_without_results_a_page_says_which_command_makes_them(name: str, shelf: Path) -> None:
-    exhibit = EXHIBITS[name]
+    exhibit = EXPERIMENTS[name]
     if exhibit.kind != "model":
         assert exhibit.command in sent(results.layout(name))
-    assert all(item.command in sent(results.layout(None)) for item in map(EXHIBITS.get, ["table1"]))
+    assert all(
+        item.command in sent(results.layout(None)) for item in map(EXPERIMENTS.get, ["table1"])
+    )
 
 
-@pytest.mark.parametrize("exhibit", EXHIBITS.values(), ids=EXHIBITS)
-def test_every_command_exists(exhibit: Exhibit) -> None:
+@pytest.mark.parametrize("exhibit", EXPERIMENTS.values(), ids=EXPERIMENTS)
+def test_every_command_exists(exhibit: Experiment) -> None:
     _, command, *options = exhibit.command.split()
     if command == "experiment":
-        assert options[0] in EXPERIMENTS
+        assert options[0] in RUNNABLE
     else:
         with pytest.raises(SystemExit) as end:
             main([command, *options, "--help"])

@@ -10,15 +10,16 @@ import httpx
 import pytest
 from fastapi import FastAPI
 
-from app import run_files
+from app.pages.runs import files as run_files
 from app.scenes import recordings
 from core.diagnosis.diagnosis import Diagnosis
 from core.diagnosis.predict import load_diagnoser
-from core.experiments.g1000 import read_log
+from core.exchange.g1000_reader import read_log
 from core.fmea.fault import Fault
-from core.jobs.keeping import discard
-from core.jobs.store import RunStore
-from core.report.template import write_report
+from core.report.case.case import open_case
+from core.report.grounded import grounded_template
+from core.store.labels import discard
+from core.store.store import RunStore
 from core.twin.actions import SetFault
 from core.twin.flight import fly_pair
 from core.twin.plan import Plan
@@ -40,7 +41,7 @@ def run_id(store: RunStore) -> str:
     name = store.create(plan, fault).id
     diagnosis = load_diagnoser().diagnose(pair)
     store.save_pair(name, pair)
-    store.save_result(name, diagnosis, write_report(diagnosis))
+    store.save_result(name, diagnosis, grounded_template(open_case(diagnosis)))
     return name
 
 

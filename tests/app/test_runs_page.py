@@ -4,10 +4,10 @@ import json
 from dataclasses import replace
 from typing import Any
 
-from app.pages import runs
+from app.pages.runs import page as runs
 from core.fmea.fault import Fault
-from core.jobs.keeping import Label
-from core.jobs.records import RunRecord
+from core.store.labels import Label
+from core.store.records import RunRecord
 from core.twin.actions import Repair, SetFault
 from core.twin.plan import Plan
 

@@ -14,12 +14,12 @@ from starlette.routing import Route
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
-from app.security import MAX_BODY_BYTES
+from app.gate.security import MAX_BODY_BYTES
 from app.server import create_app, serve
 from core.errors import InputError, WorkerError
 from core.fmea.fault import Fault
 from core.jobs.engine import Engine
-from core.jobs.store import RunStore
+from core.store.store import RunStore
 from core.twin.plan import Plan
 
 

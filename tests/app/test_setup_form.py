@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from app.pages.setup import (
+from app.pages.fly.setup import (
     DEFAULT_FAULT,
     DEFAULT_PLAN,
     FIELDS,

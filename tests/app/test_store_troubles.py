@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from app.pages.shell import read_address
 from app.server import keep_emptying
+from app.shell import read_address
 from core.errors import StoreError
 from core.fmea.fault import Fault
-from core.jobs import keeping
-from core.jobs.keeping import discard, discarded
-from core.jobs.store import RunStore
+from core.store import labels as keeping
+from core.store.labels import discard, discarded
+from core.store.store import RunStore
 from core.twin.plan import Plan
 
 

@@ -10,10 +10,10 @@ from playwright.sync_api import Locator, Page, expect
 
 from core.diagnosis.predict import load_diagnoser
 from core.fmea.fault import Fault
-from core.jobs.keeping import delete
-from core.jobs.store import RunStore
-from core.report.case import open_case
+from core.report.case.case import open_case
 from core.report.grounded import grounded_template
+from core.store.labels import delete
+from core.store.store import RunStore
 from core.twin.flight import fly_pair
 from core.twin.plan import Plan
 
@@ -60,7 +60,7 @@ def page_at_rest(flown: Page) -> Page:
     for key in ("Escape", "Escape", "0"):
         flown.keyboard.press(key)
     expect(flown.locator("#zoom-out")).to_be_hidden()
-    expect(flown.locator("#engine-time")).to_have_text("at 05:00")
+    expect(flown.locator("#engine-time")).to_have_text("at 5:00")
     return flown
 
 
@@ -161,20 +161,20 @@ def test_all_follow_the_pointer_and_come_back(page_at_rest: Page) -> None:
 def test_marks_are_on_every_chart_and_lead_there(page_at_rest: Page) -> None:
     page = page_at_rest
     onset, evidence, named = page.locator("#moments button").all()
-    expect(onset).to_have_text("Onset 01:00")
+    expect(onset).to_have_text("Onset 1:00")
     expect(evidence).to_have_text(re.compile("First evidence: .+ 01:0"))
     expect(named).to_have_text(re.compile("First right answer 01:"))
     for chart in ("probabilities", "residual-strip"):
         for kind in ("evidence", "named"):
             expect(page.locator(f"#{chart} .{kind}-line")).to_be_visible()
     onset.click()
-    expect(page.locator("#scrub-time")).to_have_text("01:00")
-    expect(page.locator("#engine-time")).to_have_text("at 01:00")
+    expect(page.locator("#scrub-time")).to_have_text("1:00")
+    expect(page.locator("#engine-time")).to_have_text("at 1:00")
     # A glance elsewhere does not lose the place.
     point_at(page, 200.0)
     expect(page.locator("#scrub-time")).to_have_text(re.compile("03:(19|20|21)"))
     page.mouse.move(2, 2)
-    expect(page.locator("#scrub-time")).to_have_text("01:00")
+    expect(page.locator("#scrub-time")).to_have_text("1:00")
 
 
 def test_a_to_b_is_measured_in_every_tile(page_at_rest: Page) -> None:
@@ -205,7 +205,7 @@ def test_one_zoom_serves_tiles_and_figures(page_at_rest: Page) -> None:
     tile.scroll_into_view_if_needed()
     drag(page, tile, 0.2, 0.6)
     shown = page.locator("#zoom-out")
-    expect(shown).to_contain_text(re.compile("(00:59|01:00|01:01) to (02:59|03:00|03:01)"))
+    expect(shown).to_contain_text(re.compile("(0:59|1:00|1:01) to (2:59|3:00|3:01)"))
     holds(page, f"({RANGES})().every(([from, to]) => from > 55 && to < 185)")
     page.keyboard.press("+")
     expect(shown).not_to_contain_text("03:0")
@@ -301,7 +301,7 @@ def test_units_are_converted_at_display_and_remembered(
     check()
     page.reload()
     expect(page.locator("#moments button")).to_have_count(3, timeout=TIMEOUT_MS)
-    expect(page.locator("#engine-time")).to_have_text("at 05:00", timeout=TIMEOUT_MS)
+    expect(page.locator("#engine-time")).to_have_text("at 5:00", timeout=TIMEOUT_MS)
     check()
     assert complaints == []
 

@@ -8,10 +8,10 @@ from playwright.sync_api import Page, expect
 
 from core.diagnosis.predict import load_diagnoser
 from core.fmea.fault import Fault
-from core.jobs.keeping import delete
-from core.jobs.store import RunStore
-from core.report.case import open_case
+from core.report.case.case import open_case
 from core.report.grounded import grounded_template
+from core.store.labels import delete
+from core.store.store import RunStore
 from core.twin.flight import fly_pair
 from core.twin.plan import Plan
 
@@ -51,9 +51,9 @@ def test_charts_end_where_the_flight_did_and_the_page_says_why(
     page.set_default_timeout(TIMEOUT_MS)
     page.goto(f"{server.url}/run/{fallen_run}")
     said = page.locator("#flight-events li").first
-    expect(said).to_contain_text("The flight ends at 03:14: the aircraft met the ground",
+    expect(said).to_contain_text("The flight ends at 3:14: the aircraft met the ground",
                                  timeout=TIMEOUT_MS)  # fmt: skip
-    expect(page.locator("#stage")).to_have_text("03:14 of 30:00")
+    expect(page.locator("#stage")).to_have_text("3:14 of 30:00")
     page.wait_for_function(f"({ENDS})().every((end_s) => end_s === 194)")
     assert round(page.evaluate("dash_clientside.flight.duration_s")) == 194
     assert not console_errors

@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 from playwright.sync_api import BrowserContext, Page, expect
 
-from core.jobs.files import read_json
-from core.jobs.records import RunRecord
-from core.jobs.store import RunStore
+from core.files import read_json
+from core.store.records import RunRecord
+from core.store.store import RunStore
 from core.twin.actions import Repair, SetFault, SetTarget
 from core.twin.flight import fly_pair
 

@@ -10,8 +10,9 @@ from playwright.sync_api import Page, expect
 from core.diagnosis.predict import load_diagnoser
 from core.fmea.catalogue import catalogue
 from core.fmea.fault import Fault
-from core.jobs.store import RunStore
-from core.report.template import write_report
+from core.report.case.case import open_case
+from core.report.grounded import grounded_template
+from core.store.store import RunStore
 from core.twin.flight import fly_pair
 from core.twin.plan import Plan
 
@@ -38,7 +39,7 @@ def run_ids(server: Any) -> Iterator[list[str]]:
         run_id = store.create(plan, fault).id
         store.save_pair(run_id, pair)
         diagnosis = load_diagnoser().diagnose(pair)
-        store.save_result(run_id, diagnosis, write_report(diagnosis))
+        store.save_result(run_id, diagnosis, grounded_template(open_case(diagnosis)))
         ids.append(run_id)
     yield ids
     store.close()

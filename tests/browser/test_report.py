@@ -2,19 +2,16 @@
 
 import os
 import re
-import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+from hostile import ChatServer, Handler, Reply, chat_server, refuses_the_key, title_of
 from playwright.sync_api import Page, expect
 
 from core.report.report import SECTION_TITLES
-
-sys.path.append(str(Path(__file__).parents[1] / "report"))
-from hostile import ChatServer, Handler, Reply, chat_server, refuses_the_key, title_of
 
 pytestmark = [pytest.mark.browser, pytest.mark.usefixtures("without_3d")]
 

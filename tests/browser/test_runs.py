@@ -10,8 +10,9 @@ from playwright.sync_api import Locator, Page, expect
 
 from core.diagnosis.predict import load_diagnoser
 from core.fmea.fault import Fault
-from core.jobs.store import RunStore
-from core.report.template import write_report
+from core.report.case.case import open_case
+from core.report.grounded import grounded_template
+from core.store.store import RunStore
 from core.twin.flight import fly_pair
 from core.twin.plan import Plan
 
@@ -33,7 +34,7 @@ def store(start_one_server: Any) -> Iterator[tuple[str, RunStore]]:
         run_id = store.create(plan, fault).id
         diagnosis = load_diagnoser().diagnose(pair)
         store.save_pair(run_id, pair)
-        store.save_result(run_id, diagnosis, write_report(diagnosis))
+        store.save_result(run_id, diagnosis, grounded_template(open_case(diagnosis)))
     yield server.url, store
     store.close()
 

@@ -26,7 +26,7 @@ from app.scenes.rerun_viewer import VERSION
 from app.scenes.viser_proxy import ViserScenes
 from core.fmea.fault import Fault
 from core.jobs.events import SAMPLE_STRIDE, Samples
-from core.jobs.store import RunStore
+from core.store.store import RunStore
 from core.twin.flight import fly_pair
 from core.twin.plan import Plan
 from core.twin.trajectory import Pair

@@ -10,7 +10,7 @@ import pytest
 from playwright.sync_api import BrowserContext, Page, Response, expect
 
 from core.fmea.catalogue import catalogue
-from core.jobs.store import RunStore
+from core.store.store import RunStore
 
 pytestmark = [pytest.mark.browser, pytest.mark.usefixtures("without_3d")]
 
@@ -86,7 +86,7 @@ def test_the_fault_is_nowhere_until_it_is_answered(
     page.keyboard.press("Enter")
     page.keyboard.press("ArrowDown")
     page.keyboard.press("Enter")
-    expect(page.locator(".marks li")).to_contain_text("EGT 1 fallsfrom 02:00")
+    expect(page.locator(".marks li")).to_contain_text("EGT 1 fallsfrom 2:00")
     page.reload()
     expect(page.locator(".marks li")).to_have_count(1)
     for path in ("/teach", f"/teach/{attempt_id}"):

@@ -1,4 +1,4 @@
-"""Elapsed time in every time zone: a flight begins at 00:00 wherever its reader sits."""
+"""Elapsed time in every time zone: a flight begins at 0:00 wherever its reader sits."""
 
 import re
 from collections.abc import Callable, Iterator
@@ -7,11 +7,12 @@ from typing import Any
 import pytest
 from playwright.sync_api import BrowserContext, FloatRect, Locator, Page, expect
 
-from app.panels.axes import time_axis
+from app.figures.axes import time_axis
 from core.diagnosis.predict import load_diagnoser
 from core.fmea.fault import Fault
-from core.jobs.store import RunStore
-from core.report.template import write_report
+from core.report.case.case import open_case
+from core.report.grounded import grounded_template
+from core.store.store import RunStore
 from core.twin.flight import fly_pair
 from core.twin.plan import Plan
 
@@ -33,7 +34,7 @@ def run_id(server: Any) -> Iterator[str]:
     diagnosis = load_diagnoser().diagnose(pair)
     name = store.create(plan, fault).id
     store.save_pair(name, pair)
-    store.save_result(name, diagnosis, write_report(diagnosis))
+    store.save_result(name, diagnosis, grounded_template(open_case(diagnosis)))
     store.close()
     return name
 
@@ -87,7 +88,7 @@ def test_axes_cursor_and_zoom_count_from_the_start_of_the_flight(
 ) -> None:
     page = open_run(open_in, zone, run_id)
     for chart in CHARTS:
-        assert ticks(page, chart) == ["00:00", "01:00", "02:00", "03:00", "04:00", "05:00"]
+        assert ticks(page, chart) == ["0:00", "1:00", "2:00", "3:00", "4:00", "5:00"]
 
     # Pointing: the middle of the strip is the middle of the flight, and its line stands there.
     strip = page.locator("#residual-strip .nsewdrag")
@@ -95,7 +96,7 @@ def test_axes_cursor_and_zoom_count_from_the_start_of_the_flight(
     area = settled(strip)
     middle = area["y"] + area["height"] / 2
     page.mouse.move(area["x"] + area["width"] / 2, middle)
-    expect(page.locator("#scrub-time")).to_have_text("02:30", timeout=TIMEOUT_MS)
+    expect(page.locator("#scrub-time")).to_have_text("2:30", timeout=TIMEOUT_MS)
     cursor_s = float(page.locator("#tile-9").get_attribute("data-cursor-s") or "nan")
     assert cursor_s == pytest.approx(150.0, abs=0.5)
     line = page.locator("#residual-strip .cursor-line").bounding_box()
@@ -106,7 +107,7 @@ def test_axes_cursor_and_zoom_count_from_the_start_of_the_flight(
         re.compile(r"at 02:(29|31)\.0")
     )
     page.keyboard.press("a")
-    expect(page.locator("#between")).to_have_text("A 02:30")
+    expect(page.locator("#between")).to_have_text("A 2:30")
 
     # Zooming by hand on a Plotly chart: all follow, and none shows another part of the flight.
     page.evaluate("window.zooms = []")
@@ -115,12 +116,12 @@ def test_axes_cursor_and_zoom_count_from_the_start_of_the_flight(
     page.mouse.down()
     page.mouse.move(area["x"] + area["width"] * 2 / 5, middle, steps=5)
     page.mouse.up()
-    span = re.compile("^(00:5[89]|01:00) to (01:5[89]|02:00)")
+    span = re.compile("^(0:5[89]|1:00) to (1:5[89]|2:00)")
     expect(page.locator("#zoom-out")).to_have_text(span)
     zoom = page.evaluate("zooms.at(-1)")
     assert (zoom["min"], zoom["max"]) == pytest.approx((60.0, 120.0), abs=2.0)  # a pixel
     for chart in CHARTS:
-        expect(page.locator(f"{chart} .xtick text").first).to_have_text("01:00")
+        expect(page.locator(f"{chart} .xtick text").first).to_have_text("1:00")
         shown = ticks(page, chart)
         assert len(shown) > 3 and all(re.fullmatch(r"0[12]:\d\d", text) for text in shown), shown
 
@@ -128,7 +129,7 @@ def test_axes_cursor_and_zoom_count_from_the_start_of_the_flight(
     page.keyboard.press("0")
     expect(page.locator("#zoom-out")).to_be_hidden()
     for chart in CHARTS:
-        expect(page.locator(f"{chart} .xtick text").first).to_have_text("00:00")
+        expect(page.locator(f"{chart} .xtick text").first).to_have_text("0:00")
 
     # Hours, of a flight longer than this test can fly.
     page.evaluate(
@@ -147,15 +148,15 @@ def test_axes_cursor_and_zoom_count_from_the_start_of_the_flight(
 def test_the_other_pages_count_from_the_start_too(open_in: Open, run_id: str) -> None:
     page = open_in("Asia/Kolkata", f"/compare/{run_id}")
     shown = ticks(page, "#compare-channels-figure")
-    assert (shown[0], shown[-1]) == ("00:00", "05:00")
+    assert (shown[0], shown[-1]) == ("0:00", "5:00")
     area = page.locator("#compare-channels-figure .nsewdrag").first.bounding_box()
     assert area is not None
     page.mouse.move(area["x"] + area["width"] / 2, area["y"] + area["height"] / 2)
     hover = page.locator("#compare-channels-figure .hoverlayer")
-    expect(hover).to_contain_text("02:30", timeout=TIMEOUT_MS)
+    expect(hover).to_contain_text("2:30", timeout=TIMEOUT_MS)
 
     page.goto(page.url.split("/compare")[0] + "/faults/baffle_crack")
     page.locator(".js-plotly-plot .xtick text").first.scroll_into_view_if_needed()
     shown = ticks(page, ".js-plotly-plot >> nth=0 >>")
-    assert shown[0] == "00:00"
+    assert shown[0] == "0:00"
     page.context.close()

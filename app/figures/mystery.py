@@ -1,0 +1,60 @@
+"""What the browser is given of a mystery flight: sensors, and the mirror only when it is due."""
+
+from typing import Any
+
+import numpy as np
+
+from app.figures.axes import base64_floats, kept_rows
+from app.figures.sensors import POINTS_PER_LINE, tile_specs
+from core.channels import CHANNEL_INDEX, CHANNELS, channel
+from core.teach.scoring import Mark
+from core.twin.trajectory import Array, Array32, Trajectory
+
+DIRECTION_WORDS = {"+": "rises", "-": "falls"}
+
+
+def mystery_flight(
+    readings: Trajectory, mirror: Trajectory | None, onset_s: float | None
+) -> dict[str, Any]:
+    """The charts of `assets/teach.js`; ``mirror`` and ``onset_s`` are None while they are hidden.
+
+    Which samples are drawn goes by what is shown alone: a sample kept because of the mirror would
+    tell of it.
+    """
+    time_s = readings.time_s
+    drawn: list[list[str]] = []
+    for index in range(len(CHANNELS)):
+        lines: list[Array32] = [readings.channels[:, index]]
+        if mirror is not None:
+            lines.append(mirror.channels[:, index])
+        kept = [kept_rows(time_s, line, POINTS_PER_LINE) for line in lines]
+        rows = np.unique(np.concatenate(kept))
+        columns: list[Array | Array32] = [time_s, *lines]
+        drawn.append([base64_floats(values[rows]) for values in columns])
+    return {
+        "specs": tile_specs(),
+        "duration_s": float(np.ceil(time_s[-1])),
+        "onset_s": onset_s,
+        "channels": drawn,
+    }
+
+
+def shown_marks(marks: tuple[Mark, ...]) -> list[dict[str, Any]]:
+    """The marks as the charts draw them: by index of the channel."""
+    return [
+        {
+            "index": CHANNEL_INDEX[mark.channel],
+            "time_s": mark.time_s,
+            "direction": mark.direction,
+        }
+        for mark in marks
+    ]
+
+
+def mark_words(mark: Mark) -> str:
+    """What a mark claims, without its time.
+
+    >>> mark_words(Mark("E1 EGT1", 130.0, "-"))
+    'EGT 1 falls'
+    """
+    return f"{channel(mark.channel).label} {DIRECTION_WORDS[mark.direction]}"

@@ -1,0 +1,18 @@
+"""Words that explain themselves: pointed at, tapped or reached by Tab (``assets/terms.js``)."""
+
+from dash import html
+
+from app.kit.attributes import attributes
+from app.kit.glossary import glossary
+
+
+def term(term_id: str, text: str = "") -> html.Span:
+    """A word of the glossary that tells its meaning; ``text`` is what stands on the page.
+
+    Raises ``KeyError`` for a word that the glossary lacks.
+    """
+    entry = glossary()[term_id]
+    meaning = f"{entry.long}. {entry.text}" if entry.long else entry.text
+    return html.Span(
+        text or entry.name, className="term", tabIndex=0, **attributes(data_meaning=meaning)
+    )

@@ -1,0 +1,191 @@
+"""Runs in words: titles, plans, stages and flight events, with their units."""
+
+from collections.abc import Iterable, Sequence
+
+from app.pages.fly.setup import takes_cylinder
+from core.channels import channel, unit_label
+from core.clock import clock
+from core.diagnosis.diagnosis import Diagnosis
+from core.fmea.catalogue import catalogue
+from core.fmea.fault import Fault
+from core.jobs.events import Stage
+from core.store.records import RunRecord, Status
+from core.twin.actions import Action, Repair, SetTarget
+from core.twin.events import FlightEvent
+from core.twin.plan import Plan
+
+STAGES: dict[Stage, str] = {
+    "waiting": "Waiting for a worker",
+    "no_worker": "Waiting: there is no worker. Unless one comes soon, the run fails",
+    "flying": "Flying",
+    "diagnosing": "Diagnosing",
+    "reporting": "Writing the report",
+    "storing": "Storing",
+}
+
+STATUS_WORDS: dict[Status, str] = {
+    "queued": "Queued",
+    "running": "Flying",
+    "done": "Done",
+    "failed": "Failed",
+    "cancelled": "Cancelled",
+}
+
+
+_EVENT_NAMES = {
+    "stall": "stall, angle of attack",
+    "lost_control": "control lost, bank",
+}
+
+
+def mode_name(mode: str) -> str:
+    """What people call a mode; its id where the catalogue has dropped it."""
+    modes = catalogue()
+    return modes[mode].name if mode in modes else mode
+
+
+def flown_fault(record: RunRecord) -> Fault:
+    """The fault that a flight had: of a live one, what was injected on the way."""
+    return record.first_fault or Fault("nominal")
+
+
+def run_title(record: RunRecord) -> str:
+    """The fault of a run in a few words: what, where and how bad."""
+    fault = record.first_fault
+    if fault is None:
+        return mode_name("nominal")
+    where = f", cylinder {fault.target_cylinder}" if takes_cylinder(fault.mode) else ""
+    return f"{mode_name(fault.mode)}{where}, severity {fault.severity:.2f}"
+
+
+def sentence(text: str) -> str:
+    """A message as a sentence.
+
+    >>> sentence("cannot write there")
+    'Cannot write there.'
+    """
+    return f"{text[:1].upper()}{text[1:]}" + ("" if text.endswith(".") else ".")
+
+
+def short_titles(records: Sequence[RunRecord]) -> list[str]:
+    """Of each run the shortest title that tells it from the others."""
+    modes = [flown_fault(record).mode for record in records]
+    titles = [run_title(record) for record in records]
+    return [
+        mode_name(mode)
+        if modes.count(mode) == 1
+        else title
+        if titles.count(title) == 1
+        else f"{title}, seed {record.plan.seed}"
+        for record, mode, title in zip(records, modes, titles, strict=True)
+    ]
+
+
+def run_subtitle(record: RunRecord) -> str:
+    """The plan of a run in one line, with units."""
+    plan, fault = record.plan, record.first_fault
+    parts = [
+        "no onset" if fault is None else f"onset {clock(fault.onset_s)}",
+        f"{plan.altitude_ft:,.0f} ft",
+        f"{plan.speed_kt:.0f} kt",
+        f"heading {plan.heading_deg:03.0f}°",
+        f"{clock(plan.duration_s)} long",
+        plan.conditions,
+        f"seed {plan.seed}",
+    ]
+    weather = plan.weather
+    if plan.power == "speed_hold":
+        parts.append("speed hold")
+    if weather.isa_deviation_degc:
+        parts.append(f"ISA {weather.isa_deviation_degc:+g} °C")
+    if weather.wind_kt:
+        parts.append(f"wind {weather.wind_from_deg:03.0f}° {weather.wind_kt:g} kt")
+    if weather.turbulence:
+        parts.append(f"turbulence {weather.turbulence:g}")
+    if plan.legs:
+        parts.append(f"{len(plan.legs)} legs")
+    if record.actions:
+        parts.append(f"{len(record.actions)} action{'s' if len(record.actions) > 1 else ''}")
+    return ", ".join(parts)
+
+
+def percent(share: float) -> str:
+    """A probability, as a share of 1.
+
+    >>> percent(0.8124), percent(0.0002)
+    ('81.2 %', '< 0.1 %')
+    """
+    return f"{100 * share:.1f} %" if share >= 0.0005 else "< 0.1 %"
+
+
+def ground_line(ground_s: float) -> str:
+    """How a flight ends that meets the ground."""
+    return (
+        f"The flight ends at {clock(ground_s)}: the aircraft met the ground "
+        "(sea level; no terrain is simulated)"
+    )
+
+
+def event_line(event: FlightEvent) -> str:
+    """An excursion of a flight: when, what and how far; or its end on the ground."""
+    if event.kind == "ground":
+        return ground_line(event.start_s)
+    unit = unit_label(event.unit)
+    times = f"{clock(event.start_s)} to {clock(event.end_s)}"
+    if event.kind in _EVENT_NAMES:
+        return f"{times}: {_EVENT_NAMES[event.kind]}, {event.value:.0f}{unit}"
+    limit = channel(event.kind)
+    side = "above" if event.value > event.limit else "below"
+    worst = f"{event.value:.{limit.decimals}f}"
+    return f"{times}: {limit.label} {side} {event.limit:g} {unit}, worst {worst} {unit}"
+
+
+def cautions(diagnosis: Diagnosis, plan: Plan) -> list[str]:
+    """What the reader must know before trusting a diagnosis, most serious first."""
+    notes = []
+    if diagnosis.none_of_these:
+        notes.append(
+            "None of these: the flight resembles nothing that the classifier has learnt. Take the "
+            "ranking for its nearest guesses, no more."
+        )
+    if diagnosis.conditions != plan.conditions:
+        notes.append(
+            f"The classifier has learnt from {diagnosis.conditions} flights, and this is a "
+            f"{plan.conditions} flight: expect more errors than its scores say."
+        )
+    if diagnosis.judged_until_s is not None:
+        notes.append(
+            f"Repaired at {clock(diagnosis.judged_until_s)}: the verdict is that of the flight "
+            "before, and nothing later is evidence."
+        )
+    return notes
+
+
+STEERED_S = 120.0
+"""How long after new targets both aircraft are taken to be on their way to them."""
+
+
+def live_caution(actions: Iterable[Action], now_s: float) -> str | None:
+    """Why the ranking of a live flight says little at ``now_s``, after what was done; else None.
+
+    After a repair the aircraft is on its way back to its mirror, until something is broken again;
+    after new targets both fly what no model has learnt.
+    """
+    done = [action for action in actions if action.time_s <= now_s]
+    last = max(
+        (each for each in done if not isinstance(each, SetTarget)),
+        key=lambda each: each.time_s,
+        default=None,
+    )
+    if isinstance(last, Repair):
+        return (
+            f"Repaired at {clock(last.time_s)}: the aircraft has still to come back to its mirror. "
+            "This ranking is no diagnosis of the repaired engine."
+        )
+    steered = [each.time_s for each in done if isinstance(each, SetTarget)]
+    if steered and now_s - max(steered) < STEERED_S:
+        return (
+            f"New targets at {clock(max(steered))}: until both aircraft have taken them up, this "
+            "ranking counts little."
+        )
+    return None

@@ -1,0 +1,63 @@
+"""The presenter view: Fly on a wall, dark and large, with only what a room can read.
+
+It is Fly itself, at an address of its own: what runs goes on running, and the one time cursor
+moves everything. ``assets/present.js`` and ``assets/present.css`` do the rest.
+"""
+
+import dash_mantine_components as dmc
+from dash import Dash, Input, Output, dcc, html
+
+from app.kit.attributes import attributes
+from app.kit.wiring import in_browser
+from core.channels import CHANNEL_INDEX, CYLINDERS, cht_name, egt_name
+
+PRESENT_PREFIX = "/present/"
+
+WALL_CHANNELS: tuple[str, ...] = (
+    *(egt_name(cylinder) for cylinder in CYLINDERS),
+    *(cht_name(cylinder) for cylinder in CYLINDERS),
+    "E1 RPM", "E1 FFlow", "E1 OilT", "E1 OilP",
+)  # fmt: skip
+"""The channels on the wall, four a row: EGT above the CHT of its cylinder."""
+
+
+def present_button() -> html.Div:
+    """The button that takes Fly to the wall and back, and what is shown there."""
+    return html.Div(
+        [
+            html.Button(
+                "Present",
+                id="present",
+                type="button",
+                title="Large and dark, for a wall (P)",
+                **attributes(aria_keyshortcuts="p", aria_pressed="false"),
+            ),
+            html.Span(
+                "Space plays · ← → move 5 s · F full screen · Esc leaves", className="wall-keys"
+            ),
+            # Of this tab, and as it was left: what a class is to find must not flash up first.
+            dmc.Checkbox(
+                id="wall-hide",
+                label="Hide fault and verdict (H)",
+                size="xs",
+                className="wall-hide",
+                persistence=True,
+                persistence_type="session",
+            ),
+            dcc.Store(id="wall", data=[CHANNEL_INDEX[name] for name in WALL_CHANNELS]),
+            dcc.Store(id="presenting", data=None),
+        ],
+        className="present-switch",
+    )
+
+
+def register(app: Dash) -> None:
+    """Attach the switch to the address in ``app``."""
+    in_browser(
+        app,
+        "present",
+        "follow",
+        Output("presenting", "data"),
+        Input("url", "pathname"),
+        Input("wall", "data"),
+    )

@@ -1,0 +1,189 @@
+"""The test flights behind a cell of a confusion matrix: named by the model's card, flown anew.
+
+A card tells from which seeds its test flights were drawn, and the same seed gives the same flight
+to the last bit: so the flights need not be kept to be opened.
+"""
+
+import asyncio
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from typing import Any
+
+import dash_mantine_components as dmc
+from dash import ALL, MATCH, Dash, Input, Output, State, ctx, dcc, html
+from dash.exceptions import PreventUpdate
+
+from app.kit.attributes import attributes
+from app.kit.words import mode_name
+from app.pages.fly.setup import takes_cylinder
+from app.recorder import Recorder
+from app.shell import run_path
+from core.clock import clock
+from core.dataset.generate import DatasetSpec, PlannedRun, planned_runs
+from core.errors import MirrorTwinError
+from core.experiments.stored import model_cards
+from core.jobs.engine import Engine
+from core.store.records import RunRecord
+from core.store.store import RunStore
+
+Card = Mapping[str, Any]
+
+HINT = "Choose a cell, or a count in the list below, to open the flights behind it."
+
+
+def matrix_id(card: Card) -> dict[str, str]:
+    """Component id of a model's matrix."""
+    return {"type": "confusion", "card": card["name"]}
+
+
+def count_button(card: Card, true: str, said: str, count: int) -> dmc.Button:
+    """How often one class was taken for another; opens the flights behind it."""
+    return dmc.Button(
+        str(count),
+        id={"type": "confused", "card": card["name"], "true": true, "said": said},
+        size="compact-xs",
+        variant="subtle",
+        **attributes(aria_label=f"{count} windows: show the flights"),
+    )
+
+
+def place(card: Card) -> html.Div:
+    """Where the flights behind a cell are listed."""
+    return html.Div(
+        html.P(HINT, className="note"),
+        id={"type": "cell-runs", "card": card["name"]},
+        className="cell-runs",
+        role="status",
+    )
+
+
+def register(app: Dash, engine: Engine, store: RunStore, recorder: Recorder) -> None:
+    """Attach the callbacks to ``app``."""
+
+    @app.callback(
+        Output({"type": "cell-runs", "card": MATCH}, "children"),
+        Input({"type": "confusion", "card": MATCH}, "clickData"),
+        Input({"type": "confused", "card": MATCH, "true": ALL, "said": ALL}, "n_clicks"),
+        State({"type": "confusion", "card": MATCH}, "id"),
+        websocket=True,
+        prevent_initial_call=True,
+    )
+    async def open_cell(
+        click: dict[str, Any] | None, clicks: list[int | None], matrix: dict[str, str]
+    ) -> Any:
+        """List the flights behind the cell that was chosen."""
+        card = _card(matrix["card"])
+        chosen = ctx.triggered_id
+        if chosen["type"] == "confused" and any(clicks):
+            true, said = chosen["true"], chosen["said"]
+        elif click and chosen["type"] == "confusion":
+            point = click["points"][0]
+            true, said = (card["classes"][int(point[axis])] for axis in ("y", "x"))
+        else:
+            raise PreventUpdate
+        return await asyncio.to_thread(flights, card, true, said, store.records())
+
+    @app.callback(
+        Output("url", "pathname", allow_duplicate=True),
+        Input({"type": "fly-test", "card": ALL, "run": ALL}, "n_clicks"),
+        websocket=True,
+        prevent_initial_call=True,
+    )
+    async def fly(clicks: list[int | None]) -> str:
+        """Open a test flight: the stored one, or flown now."""
+        if not any(clicks) or ctx.triggered_id is None:
+            raise PreventUpdate
+        card = _card(ctx.triggered_id["card"])
+        wanted = next(run for run in _test_runs(card) if run.id == ctx.triggered_id["run"])
+        stored = _stored(wanted, await asyncio.to_thread(store.records))
+        if stored is not None:
+            return run_path(stored.id)
+        run_id = await asyncio.to_thread(engine.submit, wanted.plan, wanted.fault)
+        recorder.record(run_id)
+        return run_path(run_id)
+
+
+def flights(card: Card, true: str, said: str, records: Sequence[RunRecord]) -> list[Any]:
+    """The flights behind a cell: those that the card names, else all of the class injected."""
+    scores = card["scores"]["test_windows"]
+    row = scores["confusion"][card["classes"].index(true)]
+    count = row[card["classes"].index(said)]
+    told = scores.get("mistakes")
+    try:
+        runs = [run for run in _test_runs(card) if run.fault.mode == true]
+    except MirrorTwinError as error:
+        return [html.P(f"This card does not tell its test flights: {error}", className="note")]
+    head = f"{mode_name(true)} taken for {mode_name(said)}" if true != said else (
+        f"{mode_name(true)} recognised"
+    )  # fmt: skip
+    if told is not None and true != said:
+        seeds = {item["seed"] for item in told if (item["true"], item["predicted"]) == (true, said)}
+        runs = [run for run in runs if run.plan.seed in seeds]
+        whose = f"{count} of {sum(row)} windows, in {len(runs)} of the test flights."
+    else:
+        whose = f"{count} of {sum(row)} windows, cut from these {len(runs)} test flights."
+        if told is None and true != said:
+            whose += " The card does not say which: open one to see what it is taken for."
+    return [
+        html.H3(head, className="chart-title"),
+        html.P(whose, className="note"),
+        html.Ul([_flight(card, run, _stored(run, records)) for run in runs]),
+    ]
+
+
+def _flight(card: Card, run: PlannedRun, stored: RunRecord | None) -> html.Li:
+    fault = run.fault
+    parts = [f"severity {fault.severity:.2f}", f"onset {clock(fault.onset_s)}"]
+    if takes_cylinder(fault.mode):
+        parts.append(f"cylinder {fault.target_cylinder}")
+    parts.append(f"seed {run.plan.seed}")
+    if fault.mode == "nominal":
+        parts = parts[-1:]
+    words = ", ".join(parts)
+    if stored is not None:
+        told = f": {mode_name(stored.top)}" if stored.top else ""
+        return html.Li([words, " ", dcc.Link(f"Open{told}", href=run_path(stored.id))])
+    return html.Li(
+        [
+            words,
+            dmc.Button(
+                "Fly it",
+                id={"type": "fly-test", "card": card["name"], "run": run.id},
+                size="compact-xs",
+                variant="default",
+                **attributes(aria_label=f"Fly it: {words}"),
+            ),
+        ]
+    )
+
+
+def _stored(run: PlannedRun, records: Sequence[RunRecord]) -> RunRecord | None:
+    """The newest stored run of the same plan and fault that came to an end."""
+    return next(
+        (
+            record
+            for record in records
+            if record.status == "done"
+            and not record.actions
+            and (record.plan, record.fault) == (run.plan, run.fault)
+        ),
+        None,
+    )
+
+
+def _card(name: str) -> Card:
+    found = [card for card in model_cards() if card["name"] == name]
+    if not found:
+        raise PreventUpdate
+    return found[0]
+
+
+def _test_runs(card: Card) -> tuple[PlannedRun, ...]:
+    spec = card["data"]["spec"]
+    return _drawn(tuple((name, tuple(v) if isinstance(v, list) else v) for name, v in spec.items()))
+
+
+@lru_cache(maxsize=4)
+def _drawn(spec: tuple[tuple[str, Any], ...]) -> tuple[PlannedRun, ...]:
+    """The test flights that a specification draws; raises `InputError` if it is none."""
+    return tuple(run for run in planned_runs(DatasetSpec(**dict(spec))) if run.split == "test")

@@ -1,0 +1,34 @@
+"""The pictures and interactive pages of the experiments, as they lie in ``models/results``."""
+
+from fastapi import FastAPI, HTTPException, Request
+from fastapi.responses import FileResponse
+
+from core.experiments.registry import EXPERIMENTS
+from core.experiments.stored import SHELF
+
+PREFIX = "/results/files/"
+
+_NAMES = {name for item in EXPERIMENTS.values() for name in item.files}
+_FILES = {f"{name}.{kind}" for name in _NAMES for kind in ("png", "html")} | {"plotly.min.js"}
+
+
+def mount(server: FastAPI) -> None:
+    """Serve them; only names that a result of ours has, whatever else lies in the folder."""
+
+    @server.api_route(PREFIX + "{name}", methods=["GET", "HEAD"], include_in_schema=False)
+    def result_file(name: str, request: Request) -> FileResponse:
+        path = SHELF / name
+        if name not in _FILES or not path.is_file():
+            raise HTTPException(404)
+        headers = {"Cache-Control": "no-cache"}
+        if name.endswith(".html"):
+            headers["Content-Security-Policy"] = _policy(f"{request.base_url}".rstrip("/"))
+        return FileResponse(path, headers=headers)
+
+
+def _policy(origin: str) -> str:
+    """For a page of Plotly's own making, with its inline script: a sandbox without a network."""
+    return (
+        f"sandbox allow-scripts; default-src 'none'; script-src {origin} 'unsafe-inline' "
+        "'unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:; frame-ancestors 'none'"
+    )

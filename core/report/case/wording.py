@@ -1,0 +1,137 @@
+"""How reports put numbers, channels and times into words."""
+
+import re
+from collections.abc import Iterable
+
+from core.channels import CHANNEL_NAMES, CYLINDERS, channel, cht_name, egt_name
+from core.clock import clock
+from core.diagnosis.diagnosis import Evidence
+from core.knowledge.knowledge import ExpectedShift
+
+_UNIT_SYMBOLS = {"degF": "°F", "degC": "°C"}
+
+_CYLINDER_PLACES = {1: "right front", 2: "left front", 3: "right rear", 4: "left rear"}
+
+_PROBE_SETS = {
+    "CHT 1-4": tuple(map(cht_name, CYLINDERS)),
+    "EGT 1-4": tuple(map(egt_name, CYLINDERS)),
+}
+
+_MARKDOWN_SPECIALS = re.compile(r"([\\`*_{}\[\]<>#|~])")
+
+
+def percent(probability: float) -> str:
+    """A probability in whole percent that never claims 0 or 100."""
+    if probability < 0.01:
+        return "under 1 %"
+    if probability > 0.99:
+        return "over 99 %"
+    return f"{100.0 * probability:.0f} %"
+
+
+def sigma(value: float) -> str:
+    """A size in standard deviations of the sensor noise: one decimal below ten."""
+    size = abs(value)
+    return f"{size:.1f} σ" if size < 9.95 else f"{size:.0f} σ"
+
+
+def cylinder_name(cylinder: int) -> str:
+    """``cylinder 3 (right rear)``."""
+    return f"cylinder {cylinder} ({_CYLINDER_PLACES[cylinder]})"
+
+
+def bank_name(cylinder: int) -> str:
+    """The bank that a cylinder belongs to: ``right bank (cylinders 1 and 3)``."""
+    return "right bank (cylinders 1 and 3)" if cylinder % 2 else "left bank (cylinders 2 and 4)"
+
+
+def with_cylinder(text: str, cylinder: int | None) -> str:
+    """Knowledge text with "the affected cylinder" named, where it is known."""
+    if cylinder is None:
+        return text
+    return text.replace("The affected cylinder", f"Cylinder {cylinder}").replace(
+        "the affected cylinder", f"cylinder {cylinder}"
+    )
+
+
+def label(name: str) -> str:
+    """A channel as the pages call it: ``CHT 3``, ``Oil temperature``."""
+    return channel(name).label
+
+
+def labels(names: Iterable[str]) -> str:
+    """Several channels in log order, ``CHT 1-4, Oil pressure``: full sets of probes merged."""
+    rest = set(names)
+    words: dict[str, str] = {}
+    for merged, members in _PROBE_SETS.items():
+        if rest.issuperset(members):
+            rest.difference_update(members)
+            words[members[0]] = merged
+    words.update({name: label(name) for name in rest})
+    return ", ".join(words[name] for name in CHANNEL_NAMES if name in words)
+
+
+def unit_of(name: str) -> str:
+    """The unit of a channel as printed."""
+    unit = channel(name).unit
+    return _UNIT_SYMBOLS.get(unit, unit)
+
+
+def shift(evidence: Evidence) -> str:
+    """A residual with sign and unit, ``+18.3 °F``; never rounded to zero."""
+    text = f"{evidence.value:+.{channel(evidence.channel).decimals}f}"
+    if float(text) == 0.0 and evidence.value != 0.0:
+        text = f"{evidence.value:+.1g}"
+    return f"{text} {unit_of(evidence.channel)}"
+
+
+def interval(evidence: Evidence) -> str:
+    """From when to when the channel was away from its mirror, ``1:03-2:45``."""
+    return f"{clock(evidence.start_s)}-{clock(evidence.end_s)}"
+
+
+def moves(evidence: Iterable[Evidence]) -> list[str]:
+    """What channels did in few words, ``CHT 3 +18.3 °F``; a full set of probes as one item."""
+    rest = {item.channel: item for item in evidence}
+    said = []
+    for name in list(rest):
+        group = next((each for each, probes in _PROBE_SETS.items() if name in probes), "")
+        probes = _PROBE_SETS.get(group, ())
+        if probes and rest.keys() >= set(probes):
+            said.append(f"{group} {_spread([rest.pop(probe) for probe in probes])}")
+        elif name in rest:
+            said.append(f"{label(name)} {shift(rest.pop(name))}")
+    return said
+
+
+def _spread(items: list[Evidence]) -> str:
+    """The shifts of one set of probes: one value if they print alike, else the range."""
+    items = sorted(items, key=lambda item: item.value)
+    lowest, highest = shift(items[0]), shift(items[-1])
+    if lowest == highest:
+        return lowest
+    return f"{lowest.removesuffix(' ' + unit_of(items[0].channel))} to {highest}"
+
+
+def size(expected: ExpectedShift, name: str) -> str:
+    """How far a mode takes a channel, ``10 to 35 °F``, without its sign."""
+    return f"{abs(expected.mild):g} to {abs(expected.severe):g} {unit_of(name)}"
+
+
+def expectation(expected: ExpectedShift, name: str) -> str:
+    """What a mode predicts for the channel ``name``: ``rise by 10 to 35 °F``, ``stay put``."""
+    match expected.sign:
+        case "+":
+            return f"rise by {size(expected, name)}"
+        case "-":
+            return f"fall by {size(expected, name)}"
+        case "0":
+            return "stay put"
+        case "~":
+            low, high = (f"{end:+g}" if end else "0" for end in (expected.low, expected.high))
+            return f"keep within {low} to {high} {unit_of(name)}"
+
+
+def plain(text: str) -> str:
+    """Text from elsewhere (a model's name, say) with everything Markdown could act on escaped."""
+    return _MARKDOWN_SPECIALS.sub(r"\\\1", " ".join(text.split()))
