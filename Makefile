@@ -51,6 +51,7 @@ check: lint test
 lint: $(VENV)/.installed-dev
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/lint-imports
 	$(BIN)/mypy
 
 browser: $(VENV)/.installed-dev

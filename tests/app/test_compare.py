@@ -208,7 +208,7 @@ def test_how_far_a_flight_came_from_its_mirror_is_said_in_words(
     expected_m = float(np.sqrt(north**2 + east**2 + (0.3048 * up) ** 2))
     assert failed.distance_m == pytest.approx(expected_m, abs=0.01)
     words = described(runs)
-    assert f"Engine failure, {distance_words(expected_m)} at 0" in words
+    assert f"Engine failure, {distance_words(expected_m)} at 2:00" in words
     assert words.endswith("Nominal, none.")
     assert described(runs[:1]).startswith("1 flight path in space")
     elsewhere = [runs[0], replace(runs[1], mirror=runs[1].faulted)]
