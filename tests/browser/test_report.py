@@ -1,6 +1,5 @@
 """The report on the page: verdicts, citing sentences, writers, questions, files to take away."""
 
-import os
 import re
 import threading
 import time
@@ -37,7 +36,6 @@ class Endpoint:
         """Two sentences a section, the first one slowly."""
         handler.begin()
         first = title_of(handler.server.requests[-1]) == SECTION_TITLES[0]
-        if first:
         handler.say("CHT 4 rose ")
         if first:
             self.go_on.wait(HELD_S)
