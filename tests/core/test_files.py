@@ -8,7 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from core.experiments.paper.table6 import WRITES
 from core.files import read_json, readable_json, write_json
+from core.paths import ROOT
+from core.provenance import TWIN_SOURCES
 
 SCALARS = (
     st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False, allow_infinity=False)
@@ -42,3 +45,8 @@ def test_what_is_not_finite_is_not_written(tmp_path: Path) -> None:
         write_json(tmp_path / "x.json", {"a": [math.nan]})
     write_json(tmp_path / "x.json", {"a": [1.0]})
     assert read_json(tmp_path / "x.json") == {"a": [1.0]}
+
+
+@pytest.mark.parametrize("pattern", [*TWIN_SOURCES, *WRITES])
+def test_what_a_fingerprint_covers_is_there(pattern: str) -> None:
+    assert any(ROOT.glob(pattern))
