@@ -12,6 +12,8 @@ process with the measured correlation r between seconds, (1 + 1/tau) exp(-1/tau)
 from dataclasses import dataclass
 from typing import Literal
 
+from core.cylinders import CYLINDERS as CYLINDERS
+
 Subsystem = Literal["electrical", "fuel", "oil", "engine", "flight"]
 
 
@@ -85,8 +87,8 @@ CHANNELS: tuple[Channel, ...] = (
             (60.0, 90.0), (25.0, 115.0)),
     Channel("E1 RPM", "rpm", "Engine speed", "engine", 2700.0, 1.5, 5.0, 1.2, 0.1, 0,
             (2100.0, 2700.0), (None, 2700.0)),
-    _cht(1), _cht(2), _cht(3), _cht(4),
-    _egt(1), _egt(2), _egt(3), _egt(4),
+    *map(_cht, CYLINDERS),
+    *map(_egt, CYLINDERS),
     Channel("OAT", "degC", "Outside air", "flight", 80.0, 0.027, 0.05, 1.1, 0.1, 1),
     Channel("IAS", "kt", "Airspeed (IAS)", "flight", 160.0, 0.15, 0.5, 1.2, 0.01, 1,
             (44.0, 127.0), (None, 158.0)),
@@ -99,7 +101,6 @@ CHANNELS: tuple[Channel, ...] = (
 CHANNEL_NAMES: tuple[str, ...] = tuple(channel.name for channel in CHANNELS)
 CHANNEL_INDEX: dict[str, int] = {name: index for index, name in enumerate(CHANNEL_NAMES)}
 N_CHANNELS = len(CHANNELS)
-CYLINDERS: tuple[int, ...] = (1, 2, 3, 4)
 
 
 def channel(name: str) -> Channel:
@@ -108,10 +109,10 @@ def channel(name: str) -> Channel:
 
 
 def cht_name(cylinder: int) -> str:
-    """The CHT channel of a cylinder, 1 right front, 2 left front, 3 right rear, 4 left rear."""
+    """The CHT channel of a cylinder (numbered as in `core.cylinders`)."""
     return f"E1 CHT{cylinder}"
 
 
 def egt_name(cylinder: int) -> str:
-    """The EGT channel of a cylinder (numbered as in `cht_name`)."""
+    """The EGT channel of a cylinder (numbered as in `core.cylinders`)."""
     return f"E1 EGT{cylinder}"

@@ -13,6 +13,7 @@ from distributed import Client, Future, KilledWorker, as_completed
 
 from core.checks import checked_number
 from core.clock import DT_S
+from core.cylinders import N_CYLINDERS
 from core.dataset.archive import Archive, Manifest, StoredRun
 from core.errors import InputError, WorkerError
 from core.fmea.catalogue import Mode, catalogue
@@ -129,7 +130,7 @@ def _planned_run(spec: DatasetSpec, mode: Mode, repeat: int, seed: int, split: S
         mode=mode.id,
         severity=round(float(rng.uniform(*spec.severity)), 4),
         onset_s=round(float(rng.uniform(*spec.onset_s)), 2),
-        cylinder=None if mode.whole_engine else int(rng.choice(4, p=mode.prior)) + 1,
+        cylinder=None if mode.whole_engine else int(rng.choice(N_CYLINDERS, p=mode.prior)) + 1,
     )
     return PlannedRun(f"{mode.id}-{repeat:04d}", split, plan, fault)
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.channels import CHANNEL_NAMES
+from core.cylinders import CYLINDERS
 from core.errors import InputError
 from core.store.records import RunRecord
 from core.twin.trajectory import Trajectory
@@ -70,7 +71,7 @@ _COLUMNS: tuple[_Column, ...] = (
     _Column("E1 FFlow", "gph", 8, 2), _Column("E1 OilT", "deg F", 7, 2),
     _Column("E1 OilP", "psi", 7, 2), _Column("E1 RPM", "rpm", 6, 1),
     *(_Column(f"E1 {kind}{cylinder}", "deg F", 7, 2)
-      for kind in ("CHT", "EGT") for cylinder in (1, 2, 3, 4)),
+      for kind in ("CHT", "EGT") for cylinder in CYLINDERS),
     _Column("AltGPS", "ft wgs", 7, 1), _Column("TAS", "kt", 3, 0), _Column("HSIS", "enum", 4),
     _Column("CRS", "deg", 6, 1),
     _Column("NAV1", "MHz", 6, 2), _Column("NAV2", "MHz", 6, 2),

@@ -27,13 +27,13 @@ from scipy.optimize import nnls
 from core.channels import (
     CHANNEL_INDEX,
     CHANNELS,
-    CYLINDERS,
     N_CHANNELS,
     Channel,
     cht_name,
     egt_name,
 )
 from core.clock import DT_S
+from core.cylinders import CYLINDERS
 from core.errors import MirrorTwinError
 from core.paths import MODELS
 from core.twin.trajectory import Array, Array32

@@ -10,6 +10,7 @@ from typing import Any, Self
 import numpy as np
 
 from core.checks import checked_number
+from core.cylinders import N_CYLINDERS
 from core.errors import InputError
 from core.fmea.catalogue import catalogue
 from core.fmea.fault import Fault
@@ -104,6 +105,6 @@ def draw(challenge: Challenge, secret: bytes) -> tuple[Plan, Fault]:
         mode=mode.id,
         severity=round(float(rng.uniform(challenge.severity_low, challenge.severity_high)), 2),
         onset_s=float(round(rng.uniform(*ONSET_RANGE_S))),
-        cylinder=None if mode.whole_engine else 1 + int(rng.choice(4, p=mode.prior)),
+        cylinder=None if mode.whole_engine else 1 + int(rng.choice(N_CYLINDERS, p=mode.prior)),
     )
     return Plan.sampled(int(rng.integers(2**31)), duration_s=DURATION_S), fault

@@ -11,6 +11,7 @@ from scipy.signal import lfilter
 
 from core.channels import CHANNEL_INDEX, N_CHANNELS
 from core.clock import DT_S
+from core.cylinders import N_CYLINDERS
 from core.fmea.effects import Effects
 from core.twin.conditions import Setting
 from core.twin.constants import CRUISE_AIR_FUEL_RATIO, OIL_PSI, OIL_PSI_AT_DEGF, OIL_PSI_RPM, C
@@ -64,8 +65,8 @@ class SensorSynthesiser:
 
         out = np.empty((len(states), N_CHANNELS))
         first_cht, first_egt = CHANNEL_INDEX["E1 CHT1"], CHANNEL_INDEX["E1 EGT1"]
-        out[:, first_cht : first_cht + 4] = cht
-        out[:, first_egt : first_egt + 4] = egt
+        out[:, first_cht : first_cht + N_CYLINDERS] = cht
+        out[:, first_egt : first_egt + N_CYLINDERS] = egt
         main, essential = self._airframe.bus_offset_volt
         battery, standby = self._airframe.battery_offset_amp
         alternator = np.minimum(rpm / C.alternator_rpm, 1.0)

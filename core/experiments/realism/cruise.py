@@ -13,7 +13,8 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.stats import median_abs_deviation
 
-from core.channels import CHANNEL_NAMES, CYLINDERS, N_CHANNELS, cht_name, egt_name
+from core.channels import CHANNEL_NAMES, N_CHANNELS, cht_name, egt_name
+from core.cylinders import CYLINDERS
 from core.exchange.g1000_reader import Log
 
 Array = NDArray[np.float64]
