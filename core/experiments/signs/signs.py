@@ -3,7 +3,8 @@
 For each mode, plans from the paper's cruise box (section 3.1) and severities 0.3, 0.8 and 1.0 on
 the mode's usual cylinder, in lab conditions with the throttle left alone and altitude held by
 pitch: the control mode that the reference (`core.experiments.signs.signatures`) assumes. A shift
-is the paired residual averaged over a window and then over the plans.
+is the paired residual averaged over a window and then over the plans. It has to exceed the sigma of
+its channel to count, and no shift is whatever stays below it.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -17,7 +18,13 @@ from core.clock import DT_S
 from core.experiments.results import Progress, Result
 from core.experiments.signs.figure import draw
 from core.experiments.signs.rows import Row
-from core.experiments.signs.signatures import Dispute, Expected, Signatures, signatures, wander
+from core.experiments.signs.signatures import (
+    Dispute,
+    Expected,
+    Signatures,
+    WindowKind,
+    signatures,
+)
 from core.fmea.fault import Fault
 from core.twin.flight import fly
 from core.twin.plan import Plan
@@ -106,15 +113,18 @@ def _at_the_worst(residual: Array) -> Array:
     return extreme
 
 
-_WINDOWS: Mapping[str, Callable[[Array], Array]] = {
-    "engine_failure": _after_a_minute,
-    "inflight_anomaly": _at_the_worst,
+_WINDOWS: Mapping[WindowKind, tuple[Callable[[Array], Array], str]] = {
+    "last minute": (_over_the_end, f"mean over the last {WINDOW_S:g} s"),
+    "second minute": (_after_a_minute, f"mean from 60 to {60 + WINDOW_S:g} s after onset"),
+    "worst": (_at_the_worst, "most extreme mean over 10 s"),
 }
+"""How a shift is read from a residual, and that in words."""
 
 
 def shift(mode: str, residual: Array) -> Array:
     """The shift of each channel (23,) that a flight's residual (n, 23) shows, in its unit."""
-    return _WINDOWS.get(mode, _over_the_end)(residual)
+    read, _ = _WINDOWS[signatures().windows.get(mode, "last minute")]
+    return read(residual)
 
 
 def judge(reference: Signatures, shifts: Mapping[str, Mapping[float, Array]]) -> list[Row]:
@@ -134,7 +144,7 @@ def _row(
     dispute: Dispute | None,
     shifts: Mapping[float, Array],
 ) -> Row:
-    index, resolution = CHANNEL_INDEX[name], wander(name)
+    index, resolution = CHANNEL_INDEX[name], channel(name).sigma
     means = {severity: float(plans[:, index].mean()) for severity, plans in shifts.items()}
     clear = shifts[CLEAR][:, index]
     delta = means[CLEAR]
@@ -179,11 +189,10 @@ def _settings(plans: list[Plan], quick: bool, reference: Signatures) -> dict[str
         "onset_s": ONSET_S,
         "cylinder": "the mode's usual one",
         "window": {
-            "default": f"mean over the last {WINDOW_S:g} s",
-            "engine_failure": f"mean from 60 to {60 + WINDOW_S:g} s after onset",
-            "inflight_anomaly": "most extreme mean over 10 s",
+            "default": _WINDOWS["last minute"][1],
+            **{mode: _WINDOWS[kind][1] for mode, kind in reference.windows.items()},
         },
-        "resolution": {name: round(wander(name), 4) for name in reference.channels},
+        "resolution": {name: round(channel(name).sigma, 4) for name in reference.channels},
     }
 
 
