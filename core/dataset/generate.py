@@ -1,6 +1,5 @@
 """The data set: which flights are flown for it, and the flying of them (paper section 3.3)."""
 
-import tomllib
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass, fields, replace
@@ -16,7 +15,8 @@ from core.clock import DT_S
 from core.cylinders import N_CYLINDERS
 from core.dataset.archive import Archive, Manifest, StoredRun
 from core.errors import InputError, WorkerError
-from core.fmea.catalogue import Mode, catalogue
+from core.files import read_toml
+from core.fmea.catalogue import Mode, catalogue, class_ids
 from core.fmea.fault import Fault
 from core.paths import DATA
 from core.residual.paired import first_departure
@@ -57,7 +57,9 @@ class DatasetSpec:
         """Check every field."""
         checked_number("duration_s", self.duration_s, *PLAN_RANGES["duration_s"])
         checked_number("runs_per_class", self.runs_per_class, 4, 100_000)
-        checked_number("first_seed", self.first_seed, 0, 2**31 - 1 - 20 * self.runs_per_class)
+        checked_number(
+            "first_seed", self.first_seed, 0, 2**31 - 1 - len(class_ids()) * self.runs_per_class
+        )
         for name, low, high in (("severity", 0.0, 1.0), ("onset_s", 0.0, self.duration_s)):
             bounds = getattr(self, name)
             if len(bounds) != 2 or not low <= bounds[0] <= bounds[1] <= high:
@@ -71,10 +73,7 @@ class DatasetSpec:
     @classmethod
     def load(cls, path: Path = SPEC_PATH) -> Self:
         """Read a specification; raises `InputError` for unreadable TOML or unknown fields."""
-        try:
-            values = tomllib.loads(path.read_text(encoding="utf-8"))
-        except (OSError, tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-            raise InputError("dataset", f"{path}: {error}") from None
+        values = read_toml(path, "dataset")
         for name in values:
             if name not in {field.name for field in fields(cls)}:
                 raise InputError(name, f"{path} has no such field")

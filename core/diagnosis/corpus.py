@@ -95,7 +95,7 @@ class Corpus:
 
     def _batch(self, normalisation: Normalisation, windows: list[Window]) -> Batch:
         size = (len(windows), n_features(self.shown), WINDOW_POOLED)
-        features = np.empty(size, dtype=np.float32)
+        features = np.full(size, np.nan, dtype=np.float32)
         for row, window in enumerate(windows):
             rows = slice(window.start_row, window.start_row + WINDOW_STEPS)
             sensors = self.pairs[window.run].faulted.channels[rows]

@@ -246,7 +246,9 @@ class Normalisation:
 
         With ``inputs`` other than both, only that half, (23, n / 10).
         """
-        features = np.empty((n_features(inputs), len(residual) // POOL_STEPS), dtype=np.float32)
+        features = np.full(
+            (n_features(inputs), len(residual) // POOL_STEPS), np.nan, dtype=np.float32
+        )
         if inputs != "states":
             steps = contrasted(pooled(residual), self.contrast)
             compressed = np.arcsinh(steps / self.residual_scale)

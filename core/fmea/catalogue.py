@@ -1,7 +1,6 @@
 """The FMEA catalogue: the classes and the defects each one drives, read from TOML."""
 
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -10,6 +9,7 @@ from typing import Any
 
 from core.cylinders import CYLINDERS, GROUPS, N_CYLINDERS
 from core.errors import InputError
+from core.files import read_toml
 from core.fmea.defects import ENGINE, ENGINE_WIDE, MOVES_ENGINE, PER_CYLINDER
 from core.fmea.laws import LawSpec, read_law
 from core.fmea.powerplant import CARRIERS
@@ -82,10 +82,7 @@ def class_ids() -> tuple[str, ...]:
 
 def read_catalogue(path: Path) -> Mapping[str, Mode]:
     """Read and validate a catalogue file; raises `InputError` naming mode and field."""
-    try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, tomllib.TOMLDecodeError) as error:
-        raise InputError("catalogue", f"{path}: {error}") from None
+    tables = read_toml(path, "catalogue")
     return {mode_id: _read_mode(mode_id, table) for mode_id, table in tables.items()}
 
 

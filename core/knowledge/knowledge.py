@@ -10,7 +10,6 @@ channel names. The groups are those of `core.cylinders.GROUPS`.
 """
 
 import math
-import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -21,6 +20,7 @@ from typing import Any, Literal, get_args
 from core.channels import CHANNEL_INDEX, cht_name, egt_name
 from core.cylinders import CYLINDERS, GROUPS
 from core.errors import InputError
+from core.files import read_toml
 from core.fmea.catalogue import Mode, catalogue
 from core.paths import DATA
 
@@ -173,12 +173,7 @@ def tell_apart(one: str, other: str) -> str | None:
 
 def read_knowledge(path: Path) -> Mapping[str, ModeKnowledge]:
     """Read and validate a knowledge file; raises `InputError` naming mode and field."""
-    try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError("knowledge", f"cannot read {path}: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError("knowledge", f"{path} is not TOML: {error}") from None
+    tables = read_toml(path, "knowledge")
     modes = catalogue()
     for mode_id in modes:
         if mode_id not in tables:

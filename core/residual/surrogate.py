@@ -98,7 +98,7 @@ class Surrogate:
 
     def inputs(self, channels: Array32, controls: Array32) -> Array32:
         """(n, 27) network inputs from (n, 23) readings and (n, 4) commands."""
-        inputs = np.empty((len(channels), N_INPUTS), dtype=np.float32)
+        inputs = np.full((len(channels), N_INPUTS), np.nan, dtype=np.float32)
         inputs[:, :N_CHANNELS] = (channels - self.channel_mean) / self.channel_sd
         inputs[:, N_CHANNELS:] = (controls - CONTROL_CENTRE) / CONTROL_SCALE
         return inputs
@@ -171,7 +171,7 @@ class SurrogateStream:
     def push(self, channels: Array32, controls: Array32) -> Array32:
         """The normalised and smoothed residual of the next rows, (k, 23), its baseline still in."""
         inputs = torch.from_numpy(self._surrogate.inputs(channels, controls))
-        departed = np.empty((len(inputs), N_CHANNELS), dtype=np.float32)
+        departed = np.full((len(inputs), N_CHANNELS), np.nan, dtype=np.float32)
         done = 0
         while done < len(inputs):
             # Up to where a state is due to start or to take over: both lie a row before the chunk.

@@ -7,7 +7,6 @@ does what the faulted aircraft's does; a fault is never the mirror's.
 
 import json
 import math
-import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
@@ -16,6 +15,7 @@ from typing import Any, ClassVar
 from core.checks import checked_number
 from core.clock import TICK_S
 from core.errors import InputError
+from core.files import read_toml
 from core.fmea.fault import Fault
 from core.twin.plan import PLAN_RANGES, Leg, Plan
 
@@ -183,17 +183,20 @@ def read_action(values: Any) -> Action:
 
 def load_actions(path: Path) -> tuple[Action, ...]:
     """Read a TOML or JSON file with a list of ``actions``; raises `InputError`."""
-    try:
-        text = path.read_text(encoding="utf-8")
-        values = json.loads(text) if path.suffix == ".json" else tomllib.loads(text)
-    except OSError as error:
-        raise InputError("actions", f"cannot read {path}: {error.strerror}") from None
-    except ValueError as error:
-        raise InputError("actions", f"{path} is neither TOML nor JSON: {error}") from None
+    values = _read_json(path) if path.suffix == ".json" else read_toml(path, "actions")
     listed = values.get("actions") if isinstance(values, dict) else values
     if not isinstance(listed, list):
         raise InputError("actions", f"{path} has no list of actions")
     return tuple(map(read_action, listed))
+
+
+def _read_json(path: Path) -> Any:
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError("actions", f"cannot read {path}: {error.strerror}") from None
+    except ValueError as error:
+        raise InputError("actions", f"{path} is not JSON: {error}") from None
 
 
 def _check_time(action: Action) -> None:
