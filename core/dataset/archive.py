@@ -18,11 +18,12 @@ from typing import Any
 
 import numpy as np
 
+from core.arrays import Array32
 from core.clock import DT_S
 from core.errors import InputError, StoreError
 from core.files import whole_file, write_json
 from core.provenance import provenance
-from core.twin.trajectory import Array32, Pair, Trajectory
+from core.twin.trajectory import Pair, Trajectory
 
 JOURNAL = "journal.jsonl"
 MANIFEST = "manifest.json"

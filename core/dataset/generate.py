@@ -10,6 +10,7 @@ from typing import Any, Literal, Self
 import numpy as np
 from distributed import Client, Future, KilledWorker, as_completed
 
+from core.arrays import Array32
 from core.checks import checked_number
 from core.clock import DT_S
 from core.cylinders import N_CYLINDERS
@@ -23,7 +24,7 @@ from core.residual.paired import first_departure
 from core.residual.window import EFFECTIVE_STEPS, STRIDE_STEPS, WINDOW_STEPS
 from core.twin.flight import fly, fly_pair
 from core.twin.plan import PLAN_RANGES, Conditions, Plan
-from core.twin.trajectory import Array32, Pair
+from core.twin.trajectory import Pair
 from core.workers.pool import await_workers, pool_client
 from core.workers.scheduler import RemoteScheduler
 

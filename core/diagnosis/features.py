@@ -11,12 +11,13 @@ from typing import Any, Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from core.arrays import Array, Array32
 from core.channels import CHANNEL_INDEX, CHANNELS, N_CHANNELS, cht_name, egt_name
 from core.clock import DT_S
 from core.cylinders import CYLINDERS
 from core.residual.window import WINDOW_STEPS
 from core.twin.plan import Conditions
-from core.twin.trajectory import Array, Array32, Pair
+from core.twin.trajectory import Pair
 
 N_FEATURES = 2 * N_CHANNELS
 

@@ -11,6 +11,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
+from core.arrays import Array, Array32
 from core.channels import N_CHANNELS
 from core.clock import DT_S
 from core.diagnosis.calibration import Calibration
@@ -34,7 +35,7 @@ from core.residual.paired import first_departure
 from core.residual.surrogate import Surrogate, debiased
 from core.residual.window import EFFECTIVE_S, STRIDE_STEPS, WINDOW_S, WINDOW_STEPS
 from core.twin.plan import Conditions, Plan
-from core.twin.trajectory import Array, Array32, Pair, Trajectory
+from core.twin.trajectory import Pair, Trajectory
 
 Residual = Literal["paired", "surrogate"]
 """The two ways that the product offers: by flying a mirror, or by predicting the next reading."""

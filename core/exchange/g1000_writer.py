@@ -13,12 +13,11 @@ from typing import Literal, NamedTuple, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from core.arrays import Array
 from core.channels import CHANNEL_INDEX, CHANNEL_NAMES, CHANNELS, channel, check_covers
 from core.errors import InputError
 from core.store.records import RunRecord
 from core.twin.trajectory import Trajectory
-
-Array = NDArray[np.float64]
 
 Side = Literal["faulted", "mirror"]
 SIDES: tuple[Side, ...] = get_args(Side)

@@ -45,7 +45,7 @@ MANIFEST = "manifest.json"
 FILES = ("run.json", "run.parquet", "run.rrd")
 REPORTS = ("report.html", "report.md")
 
-MAX_RUNS = 50
+MAX_PACKED_RUNS = 50
 MAX_PACKED = 512 << 20
 """The largest zip file that is taken [bytes]; a run of 300 s has some 15 MB, one of 2 h 200 MB."""
 
@@ -65,8 +65,8 @@ def pack(store: RunStore, run_ids: Sequence[str], path: Path) -> None:
 
     Raises `InputError` for a run that is not done or too many of them, or `StoreError`.
     """
-    if not 0 < len(run_ids) <= MAX_RUNS:
-        raise InputError("runs", f"must be 1 to {MAX_RUNS} at once, got {len(run_ids)}")
+    if not 0 < len(run_ids) <= MAX_PACKED_RUNS:
+        raise InputError("runs", f"must be 1 to {MAX_PACKED_RUNS} at once, got {len(run_ids)}")
     for run_id in run_ids:
         if (status := store.get(run_id).status) != "done":
             raise InputError("run", f"{run_id} is {status}: only a finished run can be exported")
@@ -183,7 +183,7 @@ def _check_directory(file: IO[bytes]) -> None:
 
 
 def _check_entries(entries: Sequence[zipfile.ZipInfo]) -> None:
-    if len(entries) > MAX_RUNS * len((*FILES, *REPORTS)) + 1:
+    if len(entries) > MAX_PACKED_RUNS * len((*FILES, *REPORTS)) + 1:
         raise InputError(_FIELD, "lists more files than an export has")
     names: set[str] = set()
     for entry in entries:
@@ -225,8 +225,8 @@ def _manifest(parcel: zipfile.ZipFile) -> dict[str, _Offered]:
         if error.field == _FIELD:
             raise
         raise InputError(_FIELD, f"has a {MANIFEST} with bad {error}") from None
-    if not 0 < len(offered) <= MAX_RUNS:
-        raise InputError(_FIELD, f"must hold 1 to {MAX_RUNS} runs, got {len(offered)}")
+    if not 0 < len(offered) <= MAX_PACKED_RUNS:
+        raise InputError(_FIELD, f"must hold 1 to {MAX_PACKED_RUNS} runs, got {len(offered)}")
     listed = {f"{item.run_id}/{name}" for item in offered.values() for name in item.sums}
     if not complete or listed | {MANIFEST} != set(parcel.namelist()):
         raise InputError(_FIELD, f"does not hold the files that its {MANIFEST} lists")

@@ -9,12 +9,10 @@ areas for an O-320 cowling (``assets/facts/fmea.md`` section 2).
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from core.arrays import Array
 from core.cylinders import CYLINDERS, N_CYLINDERS, mate
 from core.fmea.defects import DEFECT_SLICE
-
-Array = NDArray[np.float64]
 
 INLET_IN2 = 45.0
 EXIT_IN2 = 38.0

@@ -10,15 +10,12 @@ import time
 from dataclasses import dataclass, field
 from typing import Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
+from core.arrays import Array32
 from core.diagnosis.diagnosis import Diagnosis
 from core.jobs.extremes import none_yet
 from core.report.grounded import GroundedReport
 from core.twin.actions import Action
 
-Array32 = NDArray[np.float32]
 Stage = Literal["waiting", "no_worker", "flying", "diagnosing", "reporting", "storing"]
 
 SAMPLE_STRIDE = 10

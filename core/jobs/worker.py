@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from distributed import Worker, WorkerPlugin, get_worker, secede
 
+from core.arrays import Array32
 from core.clock import DT_S
 from core.diagnosis.diagnosis import Diagnosis
 from core.errors import MirrorTwinError
@@ -30,7 +31,7 @@ from core.jobs.events import (
     Reported,
     Samples,
 )
-from core.jobs.extremes import Array32, Seconds
+from core.jobs.extremes import Seconds
 from core.jobs.live import Inbox, LiveFlight
 from core.report.grounded import GroundedReport
 from core.twin.actions import Action, done_by, in_order

@@ -24,6 +24,7 @@ from typing import Any, Literal, Self
 import numpy as np
 from scipy.optimize import nnls
 
+from core.arrays import Array, Array32
 from core.channels import (
     CHANNEL_INDEX,
     CHANNELS,
@@ -35,7 +36,6 @@ from core.clock import DT_S
 from core.cylinders import CYLINDERS
 from core.errors import MirrorTwinError
 from core.paths import MODELS
-from core.twin.trajectory import Array, Array32
 
 NAME = "field-healthy"
 FORMAT = 1

@@ -20,13 +20,13 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from core.arrays import Array32
 from core.channels import CHANNELS, N_CHANNELS
 from core.errors import MirrorTwinError
 from core.model_card import Card
 from core.residual.controls import CONTROL_CENTRE, CONTROL_SCALE
 from core.residual.gru import N_INPUTS, GruNetwork, no_state
 from core.residual.window import STRIDE_STEPS, WINDOW_STEPS
-from core.twin.trajectory import Array32
 
 CHUNK = STRIDE_STEPS
 WARM = 125

@@ -24,8 +24,8 @@ from pathlib import Path
 
 import jsbsim
 import numpy as np
-from numpy.typing import NDArray
 
+from core.arrays import Array
 from core.channels import channel
 from core.clock import DT_S, STEPS_PER_TICK
 from core.errors import FlightError
@@ -38,9 +38,6 @@ from core.twin.hand import STILL, Drift, Hand
 from core.twin.pilot import Pilot, Targets, Where
 from core.twin.plan import Leg, Plan, Weather
 from core.twin.trajectory import GROUND_FT, STATE_INDEX, STATE_NAMES
-
-Array = NDArray[np.float64]
-
 
 _FPS_TO_FPM = 60.0
 _M_PER_S_PER_KT = 1852.0 / 3600.0

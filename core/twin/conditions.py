@@ -9,13 +9,11 @@ the gusts, the wander of the metering and the noise of the sensors not at all.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from core.arrays import Array
 from core.channels import N_CHANNELS
 from core.cylinders import N_CYLINDERS
 from core.twin.plan import Plan, Weather
-
-Array = NDArray[np.float64]
 
 TIME_COMPRESSION = {"lab": 4.0, "field": 1.0}
 """Heat lags are divided by this: the paper's 300 s runs need faster heads than real ones."""

@@ -4,8 +4,8 @@ from array import array
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from core.arrays import Array
 from core.clock import DT_S, STEPS_PER_TICK, TICK_S
 from core.errors import InputError
 from core.fmea.catalogue import catalogue
@@ -23,8 +23,6 @@ from core.twin.noise import SensorNoise
 from core.twin.plan import Leg, Plan
 from core.twin.sensors import SensorSynthesiser
 from core.twin.trajectory import Pair, Trajectory
-
-Array = NDArray[np.float64]
 
 NOMINAL = Fault("nominal")
 

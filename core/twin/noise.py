@@ -10,14 +10,12 @@ realism``.
 from itertools import groupby
 
 import numpy as np
-from numpy.typing import NDArray
 
+from core.arrays import Array
 from core.channels import CHANNEL_INDEX, CHANNELS, N_CHANNELS
 from core.clock import DT_S
 from core.twin.conditions import Setting
 from core.twin.hand import Wander
-
-Array = NDArray[np.float64]
 
 _LAB_WHITE_SD = np.array([channel.noise_sd for channel in CHANNELS])
 

@@ -9,9 +9,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 
+from core.arrays import Array
 from core.channels import CHANNEL_INDEX, N_CHANNELS, check_covers, cht_name, egt_name
 from core.clock import DT_S
 from core.cylinders import CYLINDERS
@@ -19,8 +19,6 @@ from core.fmea.effects import Effects
 from core.twin.conditions import Airframe, Setting
 from core.twin.constants import CRUISE_AIR_FUEL_RATIO, OIL_PSI, OIL_PSI_AT_DEGF, OIL_PSI_RPM, C
 from core.twin.trajectory import STATE_INDEX
-
-Array = NDArray[np.float64]
 
 
 class Lag:

@@ -134,7 +134,7 @@ class TestMarks:
         never = diagnosis(tuple(range(40)))
         assert verdict_marks(never, FAULT) == []
         assert verdict_marks(diagnosis(()), Fault("nominal", 0.0, 0.0)) == []
-        assert named_marks(class_ids(), np.empty(0), np.empty((0, 20)), FAULT) == []
+        assert named_marks(class_ids(), np.empty(0), np.empty((0, len(class_ids()))), FAULT) == []
 
     def test_limits_exceeded_are_marked_on_their_channel_for_as_long(self) -> None:
         n = 1000

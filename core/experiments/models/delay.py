@@ -15,9 +15,10 @@ from core.diagnosis.diagnosis import Diagnosis
 from core.diagnosis.naming import named_at
 from core.diagnosis.scores import scores
 from core.experiments.drawing import RESIDUAL_COLOURS, axis, finish
-from core.experiments.models.fresh import FIRST_SEED, ONSET_S, SEVERITIES, fresh_runs, shipped
+from core.experiments.models.fresh import FRESH_ONSET_S, FRESH_SEVERITIES, fresh_runs, shipped
 from core.experiments.results import Progress, Result
 from core.fmea.catalogue import class_ids
+from core.seeds import FRESH_SEED
 from core.twin.flight import fly_pair
 
 REPEATS, QUICK_REPEATS = 3, 1
@@ -29,7 +30,7 @@ Told = dict[str, Any]
 def run(quick: bool, progress: Progress) -> Result:
     """Fly, diagnose and tell; raises `FlightError`, or `MirrorTwinError` where no model is."""
     diagnosers = shipped()
-    severities = QUICK_SEVERITIES if quick else SEVERITIES
+    severities = QUICK_SEVERITIES if quick else FRESH_SEVERITIES
     runs = list(fresh_runs(QUICK_REPEATS if quick else REPEATS, severities))
     flown: dict[str, list[Told]] = {residual: [] for residual in diagnosers}
     for done, each in enumerate(runs, start=1):
@@ -41,7 +42,7 @@ def run(quick: bool, progress: Progress) -> Result:
                     "mode": each.fault.mode,
                     "severity": each.fault.severity,
                     "top": diagnosis.top,
-                    "delay_s": named_after(diagnosis, each.fault.mode, ONSET_S),
+                    "delay_s": named_after(diagnosis, each.fault.mode, FRESH_ONSET_S),
                 }
             )
         progress(done / len(runs))
@@ -55,9 +56,9 @@ def run(quick: bool, progress: Progress) -> Result:
         settings={
             "quick": quick,
             "conditions": "lab",
-            "first_seed": FIRST_SEED,
+            "first_seed": FRESH_SEED,
             "runs": len(runs),
-            "onset_s": ONSET_S,
+            "onset_s": FRESH_ONSET_S,
             "models": {name: diagnoser.name for name, diagnoser in diagnosers.items()},
         },
         findings={

@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from core.arrays import Array
 from core.channels import CHANNEL_INDEX, channel
 from core.clock import DT_S
 from core.experiments.results import Progress, Result
@@ -29,14 +29,12 @@ from core.fmea.fault import Fault
 from core.twin.flight import fly
 from core.twin.plan import Plan
 
-Array = NDArray[np.float64]
-
-SEVERITIES: tuple[float, ...] = (0.3, 0.8, 1.0)
+SIGNS_SEVERITIES: tuple[float, ...] = (0.3, 0.8, 1.0)
 CLEAR = 0.8
-"""The severity at which signs are judged; ranges are judged at all of `SEVERITIES`."""
+"""The severity at which signs are judged; ranges are judged at all of `SIGNS_SEVERITIES`."""
 
-ONSET_S = 30.0
-WINDOW_S = 60.0
+SIGNS_ONSET_S = 30.0
+SIGNS_WINDOW_S = 60.0
 PLANS, QUICK_PLANS = 6, 1
 
 
@@ -44,7 +42,7 @@ def run(quick: bool, progress: Progress) -> Result:
     """Fly all modes and judge all entries; raises `FlightError`."""
     reference = signatures()
     plans = [Plan.sampled(seed) for seed in range(QUICK_PLANS if quick else PLANS)]
-    shifts = fly_shifts(plans, reference.expected, SEVERITIES, progress)
+    shifts = fly_shifts(plans, reference.expected, SIGNS_SEVERITIES, progress)
     rows = judge(reference, shifts)
     counted = [row for row in rows if row.expected != "~"]
     held = [row for row in counted if row.held]
@@ -82,7 +80,7 @@ def fly_shifts(
     jobs = [(mode, severity) for mode in modes for severity in severities]
     shifts: dict[str, dict[float, Array]] = {}
     for done, (mode, severity) in enumerate(jobs):
-        fault = Fault(mode, severity, ONSET_S)
+        fault = Fault(mode, severity, SIGNS_ONSET_S)
         measured = [
             shift(mode, fly(plan, fault).channels.astype(np.float64) - mirror.channels)
             for plan, mirror in flights
@@ -93,20 +91,20 @@ def fly_shifts(
 
 
 def _over_the_end(residual: Array) -> Array:
-    mean: Array = residual[-round(WINDOW_S / DT_S) :].mean(axis=0)
+    mean: Array = residual[-round(SIGNS_WINDOW_S / DT_S) :].mean(axis=0)
     return mean
 
 
 def _after_a_minute(residual: Array) -> Array:
     """The second minute after onset: later the dead engine has gone cold."""
-    start = round((ONSET_S + 60.0) / DT_S)
-    mean: Array = residual[start : start + round(WINDOW_S / DT_S)].mean(axis=0)
+    start = round((SIGNS_ONSET_S + 60.0) / DT_S)
+    mean: Array = residual[start : start + round(SIGNS_WINDOW_S / DT_S)].mean(axis=0)
     return mean
 
 
 def _at_the_worst(residual: Array) -> Array:
     """Of each channel the most extreme mean over 10 s: a fault that recovers has no last state."""
-    width, stride, onset = round(10.0 / DT_S), round(2.0 / DT_S), round(ONSET_S / DT_S)
+    width, stride, onset = round(10.0 / DT_S), round(2.0 / DT_S), round(SIGNS_ONSET_S / DT_S)
     starts = range(onset, len(residual) - width + 1, stride)
     moving = np.array([residual[start : start + width].mean(axis=0) for start in starts])
     extreme: Array = moving[np.abs(moving).argmax(axis=0), np.arange(residual.shape[1])]
@@ -114,8 +112,8 @@ def _at_the_worst(residual: Array) -> Array:
 
 
 _WINDOWS: Mapping[WindowKind, tuple[Callable[[Array], Array], str]] = {
-    "last minute": (_over_the_end, f"mean over the last {WINDOW_S:g} s"),
-    "second minute": (_after_a_minute, f"mean from 60 to {60 + WINDOW_S:g} s after onset"),
+    "last minute": (_over_the_end, f"mean over the last {SIGNS_WINDOW_S:g} s"),
+    "second minute": (_after_a_minute, f"mean from 60 to {60 + SIGNS_WINDOW_S:g} s after onset"),
     "worst": (_at_the_worst, "most extreme mean over 10 s"),
 }
 """How a shift is read from a residual, and that in words."""
@@ -184,9 +182,9 @@ def _settings(plans: list[Plan], quick: bool, reference: Signatures) -> dict[str
         "power": plans[0].power,
         "seeds": [plan.seed for plan in plans],
         "plans": [plan.to_dict() for plan in plans],
-        "severities": list(SEVERITIES),
+        "severities": list(SIGNS_SEVERITIES),
         "signs_judged_at_severity": CLEAR,
-        "onset_s": ONSET_S,
+        "onset_s": SIGNS_ONSET_S,
         "cylinder": "the mode's usual one",
         "window": {
             "default": _WINDOWS["last minute"][1],

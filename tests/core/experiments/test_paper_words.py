@@ -9,7 +9,13 @@ import pytest
 from core.channels import CHANNEL_INDEX, CHANNEL_NAMES, CYLINDERS, channel, cht_name, egt_name
 from core.experiments.drawing import means
 from core.experiments.paper.fig6 import departure
-from core.experiments.paper.representative import CYLINDER, NOMINAL, ONSET_S, PLAN, fly_modes
+from core.experiments.paper.representative import (
+    CYLINDER,
+    FIGURES_ONSET_S,
+    FIGURES_PLAN,
+    NOMINAL,
+    fly_modes,
+)
 from core.fmea.catalogue import class_ids
 from core.twin.trajectory import Pair
 
@@ -18,7 +24,7 @@ FAULTS = [mode for mode in class_ids() if mode != NOMINAL]
 
 @pytest.fixture(scope="module")
 def pairs() -> dict[str, Pair]:
-    return fly_modes(PLAN, class_ids(), lambda share: None)
+    return fly_modes(FIGURES_PLAN, class_ids(), lambda share: None)
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +52,7 @@ def test_engine_failure_loses_altitude_fastest_of_all_modes(left):
 def test_engine_failure_decays_exponentially_to_next_to_no_power(pairs, left):
     assert left["engine_failure"]["power_lost_percent"] > 90.0
     power = means(pairs["engine_failure"].faulted.state("power_hp"))
-    lost = power[int(ONSET_S) :] / power[int(ONSET_S) - 1]
+    lost = power[int(FIGURES_ONSET_S) :] / power[int(FIGURES_ONSET_S) - 1]
     assert lost[10] < 0.6
     assert lost[20] < 0.6 * lost[10]
 
@@ -55,7 +61,7 @@ def test_engine_failure_decays_exponentially_to_next_to_no_power(pairs, left):
     "name", ["E1 RPM", "E1 OilP", *map(cht_name, CYLINDERS), *map(egt_name, CYLINDERS), "AltMSL"]
 )
 def test_engine_failure_pulls_the_whole_engine_down(pairs, name):
-    fallen = _residual(pairs["engine_failure"], name)[int(ONSET_S) + 20 :]
+    fallen = _residual(pairs["engine_failure"], name)[int(FIGURES_ONSET_S) + 20 :]
     assert np.all(fallen < -3.0 * channel(name).sigma)
 
 
@@ -64,7 +70,7 @@ def test_cylinder_compression_costs_about_7_5_percent_of_power(left):
 
 
 def test_cylinder_compression_descends_slowly_and_discernibly(pairs, left):
-    height = _residual(pairs["cylinder_compression"], "AltMSL")[int(ONSET_S) :]
+    height = _residual(pairs["cylinder_compression"], "AltMSL")[int(FIGURES_ONSET_S) :]
     by_minute = height[:240].reshape(4, 60).mean(axis=1)
     assert np.all(np.diff(by_minute) < 0.0)
     assert 3.0 * channel("AltMSL").sigma < left["cylinder_compression"]["altitude_lost_ft"] < 100.0
@@ -96,8 +102,8 @@ def test_baffle_crack_heats_its_cylinder_and_spares_the_oil(pairs):
 
 def test_oil_cooler_couples_temperature_and_pressure(pairs):
     """Continuous rise, viscosity down, symmetric fall."""
-    warmer = _residual(pairs["oil_cooler_maintenance"], "E1 OilT")[int(ONSET_S) + 1 :]
-    weaker = _residual(pairs["oil_cooler_maintenance"], "E1 OilP")[int(ONSET_S) + 1 :]
+    warmer = _residual(pairs["oil_cooler_maintenance"], "E1 OilT")[int(FIGURES_ONSET_S) + 1 :]
+    weaker = _residual(pairs["oil_cooler_maintenance"], "E1 OilP")[int(FIGURES_ONSET_S) + 1 :]
     assert np.all(np.diff(warmer) > 0.0)
     assert warmer[-1] > 13.0
     assert weaker[-1] < -1.3

@@ -16,7 +16,7 @@ from core.experiments.signs.signatures import (
     read_signatures,
     signatures,
 )
-from core.experiments.signs.signs import CLEAR, ONSET_S, fly_shifts, judge, run, shift
+from core.experiments.signs.signs import CLEAR, SIGNS_ONSET_S, fly_shifts, judge, run, shift
 from core.fmea.catalogue import class_ids
 from core.paths import DATA, ROOT
 from core.twin.plan import Plan
@@ -92,7 +92,7 @@ def test_a_disputed_entry_is_judged_like_any_other_and_by_our_own_range():
 
 
 def test_each_mode_is_measured_where_it_shows():
-    seconds = np.arange(0.0, 300.0, DT_S) - ONSET_S
+    seconds = np.arange(0.0, 300.0, DT_S) - SIGNS_ONSET_S
     ramp = np.repeat(seconds[:, None], N_CHANNELS, axis=1)
     assert shift("baffle_crack", ramp) == pytest.approx(240.0, abs=0.1)
     assert shift("engine_failure", ramp) == pytest.approx(90.0, abs=0.1)
