@@ -35,8 +35,9 @@ from core.report.files.export import Exported, to_markdown
 from core.store.labels import Label, label_of
 from core.store.records import RunRecord, read_record, valid_run_id
 from core.store.recovery import IMPORT_PREFIX, read_label_file, write_label_file
+from core.store.result_file import read_result
 from core.store.rows import NO_LABEL
-from core.store.store import RunStore, read_result
+from core.store.store import RunStore
 from core.twin.flight_file import read_pair
 
 FORMAT = "mirrortwin-runs"

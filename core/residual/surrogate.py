@@ -22,8 +22,7 @@ from torch import Tensor
 
 from core.arrays import Array32
 from core.channels import CHANNELS, N_CHANNELS
-from core.errors import MirrorTwinError
-from core.model_card import Card
+from core.model_card import Card, unreadable
 from core.residual.controls import CONTROL_CENTRE, CONTROL_SCALE
 from core.residual.gru import N_INPUTS, GruNetwork, no_state
 from core.residual.window import STRIDE_STEPS, WINDOW_STEPS
@@ -76,20 +75,16 @@ class Surrogate:
                 name: np.asarray(card["constants"][name], dtype=np.float32)
                 for name in ("channel_mean", "channel_sd", "residual_sd", "usual")
             }
-            told = json.dumps([card["weights_sha256"], card["constants"]])
+            identity = json.dumps([card["weights_sha256"], card["constants"]])
             return cls(
                 name=card["name"],
                 conditions=card["conditions"],
-                fingerprint=hashlib.sha256(told.encode()).hexdigest()[:12],
+                fingerprint=hashlib.sha256(identity.encode()).hexdigest()[:12],
                 network=network.eval(),
                 **constants,
             )
         except (KeyError, TypeError, ValueError, RuntimeError) as error:
-            told = str(error).splitlines()[0] if str(error) else ""
-            raise MirrorTwinError(
-                f"model {card.get('name', '?')}: its card is not one that this version can read "
-                f"({type(error).__name__}: {told}); train it again with `mirrortwin train`"
-            ) from None
+            raise unreadable(card, error) from None
 
     @property
     def divisor(self) -> Array32:

@@ -9,7 +9,8 @@ import pytest
 
 from core.diagnosis.diagnosis import Diagnosis, Intervention
 from core.diagnosis.features import feature_mode
-from core.diagnosis.predict import Diagnoser, counted_windows, load_diagnoser
+from core.diagnosis.predict import Diagnoser, load_diagnoser
+from core.diagnosis.verdict import counted_windows
 from core.errors import InputError, MirrorTwinError
 from core.model_card import load_model, readable_json, save_model
 from core.twin.trajectory import Pair

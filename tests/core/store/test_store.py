@@ -267,7 +267,7 @@ def test_a_recording_has_a_checksum_and_no_folder_is_made_by_asking(store: RunSt
 )  # fmt: skip
 def test_a_bad_row_hides_no_other(store: RunStore, column: str, value: str) -> None:
     good, bad = store.create(SHORT_PLAN, CRACK), store.create(SHORT_PLAN, CRACK)
-    with store.writing() as index:
+    with store.index.writing() as index:
         index.execute(f"UPDATE runs SET {column} = ? WHERE id = ?", [value, bad.id])
     assert store.records() == [good]
     with pytest.raises(StoreError, match=f"{bad.id} cannot be read by this version"):
