@@ -26,6 +26,7 @@ from core.twin.flight import fly, fly_pair
 from core.twin.plan import PLAN_RANGES, Conditions, Plan
 from core.twin.trajectory import Pair
 from core.workers.pool import await_workers, pool_client
+from core.workers.remote import remote_client
 from core.workers.scheduler import RemoteScheduler
 
 Split = Literal["train", "validation", "test"]
@@ -34,8 +35,6 @@ SPEC_PATH = DATA / "dataset.toml"
 IN_FLIGHT_PER_WORKER = 2
 """Runs handed to the cluster ahead of their turn: enough to keep it busy, few enough to hold."""
 
-
-CONNECT_S = 10.0
 
 SOON_S = 15.0
 """Most faults show within so long after their onset."""
@@ -205,14 +204,14 @@ def generate(
     """Fly what is missing of the data set into ``out_dir``.
 
     Called again after a kill it keeps every run that is whole and flies the rest; a run whose
-    file no longer matches its checksum is flown anew. The flying goes to ``workers`` local
+    file no longer matches its checksum is flown again. The flying goes to ``workers`` local
     processes or to the Dask cluster at ``scheduler``; files are written here alone.
     ``progress(done, total)`` is called at the start and after each run. Raises `InputError` if
     ``out_dir`` holds another data set, `WorkerError` if the cluster cannot be reached or a run
     killed its workers, `StoreError` if the disk refuses.
     """
     runs = planned_runs(spec)
-    archive = Archive.begun(out_dir, spec.to_dict())
+    archive = Archive.open(out_dir, spec.to_dict())
     missing = [run for run in runs if not archive.holds(run.id)]
     done = len(runs) - len(missing)
     report = progress or (lambda done, total: None)
@@ -223,7 +222,7 @@ def generate(
                 archive.add(_stored(run, flown), flown.channels)
                 done += 1
                 report(done, len(runs))
-    return archive.completed([run.id for run in runs])
+    return archive.complete([run.id for run in runs])
 
 
 def _stored(run: PlannedRun, flown: FlownRun) -> StoredRun:
@@ -267,11 +266,6 @@ def _cluster(workers: int, scheduler: RemoteScheduler | None) -> Iterator[Client
         if scheduler is None:
             yield stack.enter_context(pool_client(workers))
             return
-        try:
-            client = stack.enter_context(
-                Client(scheduler.address, timeout=CONNECT_S, security=scheduler.security())
-            )
-        except (OSError, ValueError) as error:
-            raise WorkerError(f"scheduler {scheduler.address}: {error}") from None
+        client = stack.enter_context(remote_client(scheduler))
         await_workers(client, 1, f"of the scheduler {scheduler.address}")
         yield client

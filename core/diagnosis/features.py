@@ -102,8 +102,8 @@ class FeatureMode:
     debiased: bool = False
     contrast: float = 0.0
 
-    def told(self) -> list[Any]:
-        """What makes features of one residual these and no others, JSON-ready."""
+    def identity(self) -> list[Any]:
+        """All that the features of a residual depend on, JSON-ready."""
         return [self.name, self.scale.tolist(), self.gain, self.debiased, self.contrast]
 
 
@@ -167,10 +167,10 @@ CYLINDER_COLUMNS = tuple(
 
 def contrasted(residual: Array32, share: float) -> Array32:
     """Residuals (n, 23) with each cylinder less that share of the mean of the four."""
-    told = residual.copy()
+    contrasts = residual.copy()
     for columns in CYLINDER_COLUMNS:
-        told[:, columns] -= share * residual[:, columns].mean(axis=1, keepdims=True)
-    return told
+        contrasts[:, columns] -= share * residual[:, columns].mean(axis=1, keepdims=True)
+    return contrasts
 
 
 def feature_mode(name: str, conditions: Conditions) -> FeatureMode:

@@ -35,7 +35,7 @@ from core.exchange.log_units import Scale, scale_of, understood
 from core.paths import ROOT
 
 LOGS = ROOT.parent / "shared" / "logs"
-"""Where logs are looked for unless told otherwise."""
+"""The default folder of logs."""
 
 REQUIRED: tuple[str, ...] = ("IAS", "VSpd", "E1 RPM")
 """Without these nobody can tell cruise from anything else; any other channel may be missing."""

@@ -1,4 +1,4 @@
-"""The job engine: takes runs, has workers fly them, tells what happens, and stores what came."""
+"""The job engine: takes runs, has workers fly them, publishes their events, stores results."""
 
 import logging
 import pickle
@@ -45,10 +45,10 @@ if TYPE_CHECKING:  # it loads torch
 logger = logging.getLogger(__name__)
 
 MAX_ATTEMPTS = 2
-"""A run is begun at most this often, so that one that kills its worker does not kill them all."""
+"""Most attempts at a run, so that one that kills its worker does not kill them all."""
 
 RECENT_RUNS = 8
-"""Ended runs whose events are kept in memory; what came of all others is in the store."""
+"""Ended runs whose events are kept in memory; the results of all are in the store."""
 
 MAX_LIVE = 100
 """Live flights in the air at one time: each holds a thread and some memory of a worker."""
@@ -67,7 +67,7 @@ class Engine:
     """Flies runs on Dask workers and stores them. Thread-safe.
 
     `submit`, `retry` and `cancel` take some milliseconds (an SQLite commit, a message to Dask), or
-    up to `core.jobs.cluster.CONNECT_TIMEOUT_S` after a remote scheduler was lost: on an event loop
+    up to `CONNECT_TIMEOUT_S` after a remote scheduler was lost: on an event loop
     call them by ``asyncio.to_thread``. `wait` blocks. All else returns at once.
     """
 
@@ -116,7 +116,7 @@ class Engine:
     def act(self, run_id: str, action: Action) -> None:
         """Do something during a live flight: at its time, or now if that has passed.
 
-        It is stored before the worker hears of it; an Acted event follows. Raises `InputError` if
+        It is stored before it is sent to the worker; an Acted event follows. Raises `InputError` if
         the run is not in the air or ends before, `StoreError`.
         """
         with self._lock:
@@ -135,7 +135,7 @@ class Engine:
     def retry(self, run_id: str) -> None:
         """Fly a failed or cancelled run again under its own name.
 
-        Subscribe anew to see it. Raises `InputError` if it is done or still being flown,
+        Subscribe again to see it. Raises `InputError` if it is done or still being flown,
         `StoreError` or `WorkerError`.
         """
         client = self._cluster.client()
@@ -174,7 +174,7 @@ class Engine:
         return self._answers.wait_for(diagnose_task, pair, plan, residual, record.actions)
 
     def fly_unseen(self, plan: Plan, fault: Fault) -> RunResult:
-        """Fly a run that leaves no record and of which no event tells.
+        """Fly a run without a record and without events.
 
         Blocks for a second or two. Raises `WorkerError` saying why it could not be flown.
         """
@@ -268,22 +268,22 @@ class Engine:
                 await live.future.cancel()
             return
         with self._lock:
-            live.feed.append(live.heard(pickle.loads(pickled)))
+            live.feed.append(live.note_event(pickle.loads(pickled)))
 
     def _begin(self, live: Submitted, address: str, start: str) -> bool:
-        """Note that a worker has begun the run; False if that is once too often."""
+        """Note that a worker has started the run; False if that is one attempt too many."""
         with self._lock:
             attempt = live.record.attempts + 1
             if live.feed.final is not None or attempt > MAX_ATTEMPTS:
-                live.is_worn_out = True
+                live.attempts_exhausted = True
                 return False
             live.change(status="running", attempts=attempt)
             event = Started(live.record.id, attempt)
             live.is_unmanned = False
-            begun = live.feed.append(event) if attempt == 1 else live.feed.restart(event)
-            if begun:
-                live.take_off(address, start)
-            return begun
+            is_open = live.feed.append(event) if attempt == 1 else live.feed.restart(event)
+            if is_open:
+                live.assign_worker(address, start)
+            return is_open
 
     def _look(self) -> None:
         """Have no run wait for a worker without a word, or for ever; on a thread of its own."""
@@ -292,9 +292,9 @@ class Engine:
                 waiting = [live for live in self._runs.values() if live.future is not None]
             without_s = self._cluster.without_workers_s() if waiting else 0.0
             for live in waiting:
-                self._tell_of_workers(live, without_s)
+                self._report_missing_workers(live, without_s)
 
-    def _tell_of_workers(self, live: Submitted, without_s: float) -> None:
+    def _report_missing_workers(self, live: Submitted, without_s: float) -> None:
         with self._lock:
             future = live.future
             if future is None:
@@ -313,7 +313,7 @@ class Engine:
             cancel(future)
 
     def _settle(self, live: Submitted, future: Future[Outcome]) -> None:
-        """Store what came of a run; called on Dask's callback thread, one run at a time."""
+        """Store the outcome of a run; called on Dask's callback thread, one run at a time."""
         run_id = live.record.id
         final: FinalEvent
         try:
@@ -358,7 +358,7 @@ class Engine:
             return Cancelled(run_id)
         if live.is_given_up:
             return Failed(run_id, self._answers.no_worker, retryable=True)
-        if live.is_worn_out:
+        if live.attempts_exhausted:
             return Failed(run_id, WORKER_DIED, retryable=True)
         message = SERVER_STOPPED if self._closing else CONNECTION_LOST
         return Failed(run_id, message, retryable=True)

@@ -24,7 +24,7 @@ SAMPLE_STRIDE = 10
 
 @dataclass(frozen=True, slots=True)
 class Started:
-    """A worker has begun; ``attempt`` counts from 1."""
+    """A worker has started; ``attempt`` counts from 1."""
 
     run_id: str
     attempt: int
@@ -41,7 +41,7 @@ class Progress:
 
 @dataclass(frozen=True, slots=True)
 class Paced:
-    """A live flight goes at that pace: seconds of it in one, infinite for as fast as it goes."""
+    """A live flight goes at that pace: seconds of it in one, infinite for as fast as possible."""
 
     run_id: str
     pace: float

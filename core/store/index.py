@@ -141,7 +141,7 @@ class Index:
                 with self.connection:
                     yield self.connection
             except sqlite3.Error as error:
-                if "readonly" in str(error):  # the connection stays so: open anew next time
+                if "readonly" in str(error):  # the connection stays so: open another next time
                     self.read_only_reason = str(error)
                 raise _write_error(
                     self.root, str(error), is_full=getattr(error, "sqlite_errorname", "") in FULL

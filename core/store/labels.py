@@ -1,6 +1,6 @@
 """What people write on runs, and the runs that they throw away.
 
-A run thrown away is gone from every list and address at once. For a day it can be had back, whole,
+A run thrown away is gone from every list and address at once. For a day it can be restored, whole,
 unless its room is needed on a full disk; then its row and its files are deleted.
 """
 
@@ -23,7 +23,7 @@ MAX_TAG = 32
 MAX_NOTE = 2000
 
 KEPT_FOR = timedelta(days=1)
-"""How long a run thrown away can be had back."""
+"""How long a run thrown away can be restored."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +83,7 @@ def write_label(store: RunStore, run_id: str, label: Label) -> None:
 
 
 def discard(store: RunStore, run_ids: Sequence[str]) -> list[str]:
-    """Throw runs away, all or none; returns those that can be had back.
+    """Throw runs away, all or none; returns those that can be restored.
 
     That is all of them, but on a full disk none: then there is no room to note it before there is
     the room that they took. Raises `InputError` if one is being flown, or `StoreError`.
@@ -121,7 +121,7 @@ def _note_beside(store: RunStore, run_ids: Iterable[str], **changes: object) -> 
 
 
 def discarded(store: RunStore) -> list[str]:
-    """The runs that can be had back, last thrown away first."""
+    """The runs that can be restored, last thrown away first."""
     rows = store.index.query(
         "SELECT run FROM labels WHERE discarded IS NOT NULL ORDER BY discarded DESC"
     )

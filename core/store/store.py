@@ -200,7 +200,7 @@ class RunStore:
     # -- room ------------------------------------------------------------------------------------
 
     def delete(self, run_ids: Sequence[str]) -> None:
-        """Delete runs for good, files, rows and labels; ``run_ids`` are valid names.
+        """Delete runs, files, rows and labels, beyond undoing; ``run_ids`` are valid names.
 
         The files first: on a full disk the index takes nothing before there is room. A run whose
         row is still there when this is broken off is deleted the next time.
@@ -214,7 +214,7 @@ class RunStore:
                     rows.forget(connection, run_id)
 
     def purge(self, before: str = "9") -> list[str]:
-        """Delete for good the runs that were thrown away ``before`` then (ISO 8601, UTC).
+        """Delete the runs that were thrown away ``before`` then (ISO 8601, UTC).
 
         Returns their names; by default all of them.
         """
@@ -235,7 +235,7 @@ class RunStore:
             purged = self.purge()
             if not purged:
                 raise
-        logger.warning("the disk is full: %d runs thrown away are deleted for good", len(purged))
+        logger.warning("the disk is full: %d runs thrown away are deleted", len(purged))
         return write()
 
     # -- files -----------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""What is done while a flight is flown: the engine broken or mended, new targets for the pilot.
+"""What is done while a flight is flown: the engine broken or repaired, new targets for the pilot.
 
 A flight is a pure function of its plan, its fault and its actions: whoever flies it, in one go or
 live and in pieces, gets the same bytes. Actions take effect at a tick (0.1 s). The mirror's pilot
@@ -40,10 +40,10 @@ class SetFault:
     cylinder: int | None = None
 
     def __post_init__(self) -> None:
-        """Reject what is no fault; raises `InputError` naming the field."""
+        """Reject a mode that cannot be injected; raises `InputError` naming the field."""
         _check_time(self)
         if self.mode == "nominal":
-            raise InputError("fault", "nominal is no fault to inject: repair the engine instead")
+            raise InputError("fault", "nominal cannot be injected: repair the engine instead")
         object.__setattr__(self, "severity", self.fault.severity)
 
     @property
@@ -143,41 +143,41 @@ def first_fault(fault: Fault, actions: Iterable[Action]) -> Fault | None:
 
 
 def commanded(plan: Plan, actions: Iterable[Action]) -> Plan:
-    """The plan with the targets that were set on the way as legs of it: what the crew was told."""
+    """The plan with the targets that were set on the way as legs of it."""
     legs = {leg.start_s: leg for leg in plan.legs}
     for action in sorted(actions, key=tick_of):
         if isinstance(action, SetTarget):
             new = at_tick(action, tick_of(action))
-            told = {name: value for name, value in asdict(new).items() if value is not None}
+            targets = {name: value for name, value in asdict(new).items() if value is not None}
             legs[new.time_s] = replace(
-                legs.get(new.time_s, Leg(new.time_s)), start_s=told.pop("time_s"), **told
+                legs.get(new.time_s, Leg(new.time_s)), start_s=targets.pop("time_s"), **targets
             )
     return replace(plan, legs=tuple(legs[start_s] for start_s in sorted(legs)))
 
 
 def action_to_dict(action: Action) -> dict[str, Any]:
     """Plain JSON-ready values; `read_action` reads them back."""
-    told = {name: value for name, value in asdict(action).items() if value is not None}
-    return {"kind": action.kind, **told}
+    values = {name: value for name, value in asdict(action).items() if value is not None}
+    return {"kind": action.kind, **values}
 
 
 def read_action(values: Any) -> Action:
     """Read a mapping (JSON, TOML); raises `InputError` for an unknown or bad field."""
     if not isinstance(values, Mapping):
         raise InputError("actions", f"must be tables, each with a kind, got {values!r:.60}")
-    told = dict(values)
-    name = told.pop("kind", None)
+    given = dict(values)
+    name = given.pop("kind", None)
     if name not in _KINDS:
         raise InputError("kind", f"must be one of {', '.join(_KINDS)}, got {name!r:.60}")
     kind = _KINDS[name]
     known = [field.name for field in fields(kind)]
-    for field in told:
+    for field in given:
         if field not in known:
-            raise InputError(field, f"is no field of a {name}; those are {', '.join(known)}")
+            raise InputError(field, f"is not a field of a {name}; those are {', '.join(known)}")
     try:
-        return kind(**told)
+        return kind(**given)
     except TypeError:
-        missing = [field for field in ("time_s", "mode") if field in known and field not in told]
+        missing = [field for field in ("time_s", "mode") if field in known and field not in given]
         raise InputError(", ".join(missing) or "actions", f"is missing in a {name}") from None
 
 

@@ -129,7 +129,7 @@ SPLITS = ("train", "train", "validation", "test")
 def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Made up: four runs a class, and each class but the nominal lifts a channel of its own."""
     folder = tmp_path_factory.mktemp("dataset")
-    archive = Archive.begun(folder, {"conditions": "lab"})
+    archive = Archive.open(folder, {"conditions": "lab"})
     ids = []
     for number, mode in enumerate(class_ids()):
         for repeat, split in enumerate(SPLITS):
@@ -147,5 +147,5 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
             )  # fmt: skip
             archive.add(run, np.stack([pair.faulted.channels, pair.mirror.channels]))
             ids.append(run.id)
-    archive.completed(ids)
+    archive.complete(ids)
     return folder

@@ -125,7 +125,7 @@ def measure(
     workload: Workload = FULL,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Speed:
-    """Time the twin; ``progress`` is told the share done. Raises `InputError` for bad rounds.
+    """Time the twin; ``progress`` gets the share done. Raises `InputError` for bad rounds.
 
     Of ``rounds`` rounds, as many as `LONG_ROUNDS` are followed by a long one.
     """

@@ -72,9 +72,9 @@ def run(quick: bool, progress: Progress) -> Result:
                 found[residual].setdefault(group, []).append(diagnoser.diagnose(pair, plan))
         progress((done + 1) / len(groups))
     rows = [
-        _row(residual, group, told, found[residual]["known"], diagnosers[residual])
+        _row(residual, group, diagnoses, found[residual]["known"], diagnosers[residual])
         for residual in found
-        for group, told in found[residual].items()
+        for group, diagnoses in found[residual].items()
     ]
     return Result(
         name="unknown",
@@ -132,11 +132,11 @@ def _logged(flight: Trajectory, channels: Any) -> Trajectory:
 def _row(
     residual: str,
     group: str,
-    told: list[Diagnosis],
+    diagnoses: list[Diagnosis],
     known: list[Diagnosis],
     diagnoser: Diagnoser,
 ) -> dict[str, Any]:
-    energies, usual = _energies(told), _energies(known)
+    energies, usual = _energies(diagnoses), _energies(known)
     separation = None
     if group != "known":
         truth = np.r_[np.zeros(len(usual)), np.ones(len(energies))]
@@ -144,18 +144,18 @@ def _row(
     return {
         "residual": residual,
         "group": group,
-        "runs": len(told),
-        "refused_share": float(np.mean([each.none_of_these for each in told])),
+        "runs": len(diagnoses),
+        "refused_share": float(np.mean([each.none_of_these for each in diagnoses])),
         "separation_auroc": separation,
         "threshold": float(diagnoser.calibration.threshold)
         if np.isfinite(diagnoser.calibration.threshold)
         else None,
-        "taken_for": _counts([each.top for each in told]),
+        "taken_for": _counts([each.top for each in diagnoses]),
     }
 
 
-def _energies(told: list[Diagnosis]) -> Any:
-    return np.array([each.energy for each in told])
+def _energies(diagnoses: list[Diagnosis]) -> Any:
+    return np.array([each.energy for each in diagnoses])
 
 
 def _counts(names: list[str]) -> dict[str, int]:

@@ -8,7 +8,7 @@ from core.diagnosis.classifiers import CLASSIFIERS, cheapest_first
 from core.diagnosis.features import FEATURE_MODES
 from core.experiments.paper.published import Row, beside_paper, paper_tables
 from core.experiments.paper.score_tables import score_result
-from core.experiments.paper.trainings import Where, open_bench, scored, told
+from core.experiments.paper.trainings import Where, cell_summary, open_bench, scored
 from core.experiments.results import Progress, Result
 from core.model_card import Card
 
@@ -45,7 +45,7 @@ def run(quick: bool, progress: Progress, **where: Unpack[Where]) -> Result:
         beside_paper("table2", rows, MEASURES),
         {"seeds": [0]},
         {"ranges": ranges, "paper_ranges": paper_tables()["table2_ranges"]},
-        (_told(ranges),),
+        (_summary_line(ranges),),
     )
 
 
@@ -55,7 +55,7 @@ def _row(scheme: str, card: Card | None) -> dict[str, Any]:
         per_class = list(card["scores"]["test_windows"]["per_class_f1"].values())
         spread = float(np.std(per_class))
     row: dict[str, Any] = {"scheme": scheme, **scored(card), "per_class_f1_sd": spread}
-    return row | {"runs": [told(card)] if card is not None else []}
+    return row | {"runs": [cell_summary(card)] if card is not None else []}
 
 
 def _ranges(found: dict[tuple[str, str], Card | None]) -> dict[str, float | None]:
@@ -72,7 +72,7 @@ def _range(values: list[float | None]) -> float | None:
     return max(known) - min(known) if len(known) == len(values) else None
 
 
-def _told(ranges: Row) -> str:
+def _summary_line(ranges: Row) -> str:
     if ranges["ratio"] is None:
         return "feature mode against classifier: not all cells were run"
     return (

@@ -1,4 +1,4 @@
-"""Can a classifier tell our field flights from real ones? What it leans on is what to mend.
+"""Can a classifier tell our field flights from real ones? What it relies on is what to correct.
 
 It sees ten seconds of steady cruise at a time, each channel by itself and without its level and
 trend: no altitude, no speed, no season, only how the channel moves from second to second.
@@ -181,7 +181,7 @@ def tell_apart(
 
 
 def tell_own_apart(ours: Sequence[Log], real: Sequence[Log]) -> tuple[float, ...]:
-    """What the same classifier makes of some of ours, told to be the real ones.
+    """What the same classifier makes of some of ours, labelled as the real ones.
 
     Any few aircraft differ from a fleet: an AUC as high as these says no more than that. As many
     flights, with about as many windows, as the real logs have; a new choice each time.

@@ -209,7 +209,7 @@ def test_a_killed_generation_loses_and_doubles_nothing(small, tmp_path):
 
 
 def test_a_folder_of_another_data_set_is_left_alone(tmp_path):
-    Archive.begun(tmp_path, SMALL.to_dict())
+    Archive.open(tmp_path, SMALL.to_dict())
     before = (tmp_path / "journal.jsonl").read_bytes()
     with pytest.raises(InputError, match="holds a data set of another specification"):
         generate(replace(SMALL, first_seed=5), tmp_path)
@@ -217,23 +217,23 @@ def test_a_folder_of_another_data_set_is_left_alone(tmp_path):
 
 
 def test_a_journal_cut_short_is_mended(tmp_path):
-    archive = Archive.begun(tmp_path, SMALL.to_dict())
+    archive = Archive.open(tmp_path, SMALL.to_dict())
     flown = np.zeros((2, 10, 23), dtype=np.float32)
     for number in range(2):
         run = _stored_run(f"run-{number}")
         archive.add(run, flown)
     journal = tmp_path / "journal.jsonl"
     journal.write_text(journal.read_text()[:-20])
-    archive = Archive.begun(tmp_path, SMALL.to_dict())
+    archive = Archive.open(tmp_path, SMALL.to_dict())
     assert archive.holds("run-0")
     assert not archive.holds("run-1")
     archive.add(_stored_run("run-1"), flown)
     lines = journal.read_text().splitlines()
     assert json.loads(lines[-1])["id"] == "run-1"
-    assert Archive.begun(tmp_path, SMALL.to_dict()).holds("run-1")
+    assert Archive.open(tmp_path, SMALL.to_dict()).holds("run-1")
 
 
 @pytest.mark.slow
 def test_an_unreachable_scheduler_is_a_clear_error(tmp_path, free_port):
-    with pytest.raises(WorkerError, match=f"scheduler tcp://127.0.0.1:{free_port}"):
+    with pytest.raises(WorkerError, match=f"scheduler answers at tcp://127.0.0.1:{free_port}"):
         generate(SMALL, tmp_path, scheduler=RemoteScheduler(f"tcp://127.0.0.1:{free_port}"))

@@ -104,6 +104,6 @@ def test_bad_settings_name_their_field(field, value):
 
 
 def test_an_unfinished_data_set_is_refused(tmp_path):
-    Archive.begun(tmp_path, {})
+    Archive.open(tmp_path, {})
     with pytest.raises(InputError, match="holds no complete data set"):
         train(tmp_path, tmp_path)
