@@ -1,16 +1,20 @@
-"""The 23 logged channels: the one table of names, units, limits and noise.
+"""The logged channels: the one table of names, units, limits, gauges and noise.
 
-Names and order are those of the NGAFID benchmark (Garmin G1000 logs). Limits are those of a
-Cessna 172P with an O-320-D2J (green arc and red lines; ``assets/facts/fmea.md`` section 1).
-``noise_sd`` is the white noise measured in real logs at 1 Hz (section 5 there), ``wander_sd`` the
-slow wander on top of it and ``wander_tau_s`` the time constant of a critically damped second-order
-process with the measured correlation r between seconds, (1 + 1/tau) exp(-1/tau) = r;
-``full_scale`` is the span of the gauge, used for the 1 % floor of the residual normalisation
-(paper section 4.2).
+The table is ``assets/data/channels.toml``, whose head says what each entry means; it is checked
+when this module is imported.
 """
 
+import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Literal
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+from core.cylinders import CYLINDERS as CYLINDERS
+from core.cylinders import N_CYLINDERS
+from core.errors import InputError
+from core.files import read_toml
+from core.paths import DATA
 
 Subsystem = Literal["electrical", "fuel", "oil", "engine", "flight"]
 
@@ -28,11 +32,47 @@ def unit_label(unit: str) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class Channel:
-    """One sensor channel of the log.
+class SensorNoise:
+    """The noise of a sensor in field flights: white sd, and the sd of a smooth wander.
 
-    ``green`` is the normal operating range and ``red`` the (low, high) limits, in ``unit``;
-    ``None`` where the aircraft has none. ``resolution`` is the step of the real log.
+    The wander is a critically damped second-order process. ``spread`` is by how much both differ
+    between two aircraft, the sd of their logarithm.
+    """
+
+    white_sd: float
+    spread: float
+    wander_sd: float = 0.0
+    wander_tau_s: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class LogColumn:
+    """The column of a Garmin G1000 log: its unit, its width in characters, its decimals."""
+
+    unit: str
+    width: int
+    decimals: int
+
+
+@dataclass(frozen=True, slots=True)
+class Gauge:
+    """From where to where the gauge of the engine monitor goes; its limits are the channel's.
+
+    ``low_matters``: whether falling out of the green arc calls for caution.
+    """
+
+    low: float
+    high: float
+    low_matters: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """One sensor channel of the log; numbers are in ``unit``.
+
+    ``green`` is the normal operating range and ``red`` the (low, high) limits; ``None`` where the
+    aircraft has none. ``noise_sd``, ``wander_sd`` and ``wander_tau_s`` are what real logs do, and
+    ``resolution`` is their step. ``full_scale`` is the span of the gauge.
     """
 
     name: str
@@ -45,61 +85,72 @@ class Channel:
     wander_tau_s: float
     resolution: float
     decimals: int
-    green: tuple[float, float] | None = None
-    red: tuple[float | None, float | None] = (None, None)
+    green: tuple[float, float] | None
+    red: tuple[float | None, float | None]
+    field: SensorNoise
+    g1000: LogColumn
+    gauge: Gauge | None
+
+    @property
+    def sigma(self) -> float:
+        """Standard deviation of one healthy reading: white noise and slow wander together."""
+        return math.hypot(self.noise_sd, self.wander_sd)
 
 
-def _cht(cylinder: int) -> Channel:
-    return Channel(
-        f"E1 CHT{cylinder}", "degF", f"CHT {cylinder}", "engine",
-        400.0, 0.025, 0.2, 2.5, 0.01, 1, (150.0, 400.0), (None, 500.0),
-    )  # fmt: skip
+def read_channels(path: Path) -> tuple[Channel, ...]:
+    """Read and check a table of channels; raises `InputError` naming the channel."""
+    rows = read_toml(path, "channels")
+    return tuple(
+        _read_channel(name, row, index)
+        for name, row in rows.items()
+        for index in (range(N_CYLINDERS) if _CYLINDER in name else (0,))
+    )
 
 
-def _egt(cylinder: int) -> Channel:
-    return Channel(
-        f"E1 EGT{cylinder}", "degF", f"EGT {cylinder}", "engine",
-        1000.0, 0.25, 1.2, 1.6, 0.01, 0, (1200.0, 1600.0),
-    )  # fmt: skip
+_CYLINDER = "#"
 
 
-CHANNELS: tuple[Channel, ...] = (
-    # name, unit, label, subsystem, full scale, white sd, wander sd, wander tau s, step, decimals
-    Channel("volt1", "V", "Main bus", "electrical", 10.0, 0.027, 0.0, 1.0, 0.1, 1,
-            (25.0, 29.0), (24.5, 32.0)),
-    Channel("volt2", "V", "Essential bus", "electrical", 10.0, 0.027, 0.0, 1.0, 0.1, 1,
-            (25.0, 29.0), (24.5, 32.0)),
-    Channel("amp1", "A", "Battery current", "electrical", 60.0, 0.061, 0.0, 1.0, 0.1, 1,
-            (-2.0, 30.0)),
-    Channel("amp2", "A", "Standby battery current", "electrical", 10.0, 0.061, 0.0, 1.0, 0.1, 1,
-            (-2.0, 2.0)),
-    Channel("FQtyL", "gal", "Fuel left", "fuel", 27.0, 0.024, 0.042, 1.05, 0.01, 1,
-            (3.0, 27.0)),
-    Channel("FQtyR", "gal", "Fuel right", "fuel", 27.0, 0.024, 0.042, 1.05, 0.01, 1,
-            (3.0, 27.0)),
-    Channel("E1 FFlow", "gph", "Fuel flow", "fuel", 20.0, 0.048, 0.02, 0.4, 0.01, 2,
-            (0.0, 12.0)),
-    Channel("E1 OilT", "degF", "Oil temperature", "oil", 200.0, 0.006, 0.032, 3.0, 0.01, 1,
-            (100.0, 245.0), (None, 245.0)),
-    Channel("E1 OilP", "psi", "Oil pressure", "oil", 115.0, 0.25, 0.0, 1.0, 0.01, 1,
-            (60.0, 90.0), (25.0, 115.0)),
-    Channel("E1 RPM", "rpm", "Engine speed", "engine", 2700.0, 1.5, 5.0, 1.2, 0.1, 0,
-            (2100.0, 2700.0), (None, 2700.0)),
-    _cht(1), _cht(2), _cht(3), _cht(4),
-    _egt(1), _egt(2), _egt(3), _egt(4),
-    Channel("OAT", "degC", "Outside air", "flight", 80.0, 0.027, 0.05, 1.1, 0.1, 1),
-    Channel("IAS", "kt", "Airspeed (IAS)", "flight", 160.0, 0.15, 0.5, 1.2, 0.01, 1,
-            (44.0, 127.0), (None, 158.0)),
-    Channel("VSpd", "fpm", "Vertical speed", "flight", 4000.0, 7.7, 40.0, 1.4, 0.01, 0),
-    Channel("NormAc", "g", "Normal acceleration", "flight", 2.0, 0.018, 0.008, 0.3, 0.01, 2,
-            None, (-1.52 - 1.0, 3.8 - 1.0)),
-    Channel("AltMSL", "ft", "Altitude", "flight", 10000.0, 0.3, 3.2, 2.3, 0.1, 0),
-)  # fmt: skip
+def _read_channel(name: str, row: Any, index: int) -> Channel:
+    """The channel of a row; ``index`` is that of the cylinder in a row for each."""
+    number = str(CYLINDERS[index])
+    try:
+        rest = dict(row)
+        real = rest.pop("real")
+        field = {key: _of_cylinder(value, index) for key, value in rest.pop("field").items()}
+        gauge = rest.pop("gauge", None)
+        green = rest.pop("green", None)
+        read = Channel(
+            name=name.replace(_CYLINDER, number),
+            label=rest.pop("label").replace(_CYLINDER, number),
+            noise_sd=real["noise_sd"],
+            wander_sd=real["wander_sd"],
+            wander_tau_s=real["wander_tau_s"],
+            resolution=real["step"],
+            green=None if green is None else (green[0], green[1]),
+            red=(rest.pop("red_low", None), rest.pop("red_high", None)),
+            field=SensorNoise(**field),
+            g1000=LogColumn(**rest.pop("g1000")),
+            gauge=None if gauge is None else Gauge(**gauge),
+            **rest,
+        )
+    except KeyError as error:
+        raise InputError(f"channels.{name}.{error.args[0]}", "is missing") from None
+    except (AttributeError, IndexError, TypeError, ValueError) as error:
+        raise InputError(f"channels.{name}", str(error)) from None
+    if read.subsystem not in get_args(Subsystem):
+        known = ", ".join(get_args(Subsystem))
+        raise InputError(f"channels.{name}.subsystem", f"must be one of {known}")
+    return read
 
+
+def _of_cylinder(value: Any, index: int) -> float:
+    return float(value[index] if isinstance(value, list) else value)
+
+
+CHANNELS: tuple[Channel, ...] = read_channels(DATA / "channels.toml")
 CHANNEL_NAMES: tuple[str, ...] = tuple(channel.name for channel in CHANNELS)
-CHANNEL_INDEX: dict[str, int] = {name: index for index, name in enumerate(CHANNEL_NAMES)}
+CHANNEL_INDEX: Mapping[str, int] = {name: index for index, name in enumerate(CHANNEL_NAMES)}
 N_CHANNELS = len(CHANNELS)
-CYLINDERS: tuple[int, ...] = (1, 2, 3, 4)
 
 
 def channel(name: str) -> Channel:
@@ -108,10 +159,27 @@ def channel(name: str) -> Channel:
 
 
 def cht_name(cylinder: int) -> str:
-    """The CHT channel of a cylinder, 1 right front, 2 left front, 3 right rear, 4 left rear."""
+    """The CHT channel of a cylinder (numbered as in `core.cylinders`)."""
     return f"E1 CHT{cylinder}"
 
 
 def egt_name(cylinder: int) -> str:
-    """The EGT channel of a cylinder (numbered as in `cht_name`)."""
+    """The EGT channel of a cylinder (numbered as in `core.cylinders`)."""
     return f"E1 EGT{cylinder}"
+
+
+def check_covers(what: str, names: Iterable[str]) -> None:
+    """Raise `InputError` unless ``names`` are the channels, each once, in any order.
+
+    >>> check_covers("the equations", CHANNEL_NAMES[1:])
+    Traceback (most recent call last):
+    core.errors.InputError: the equations: volt1 is missing
+    """
+    given = list(names)
+    for name in CHANNEL_NAMES:
+        if given.count(name) != 1:
+            times = "is missing" if name not in given else "is there twice"
+            raise InputError(what, f"{name} {times}")
+    for name in given:
+        if name not in CHANNEL_INDEX:
+            raise InputError(what, f"{name} is not a channel")

@@ -30,6 +30,7 @@ LAYOUT: dict[int, Place] = {
 }
 
 CYLINDERS: tuple[int, ...] = tuple(LAYOUT)
+N_CYLINDERS = len(CYLINDERS)
 
 
 def _at(side: str, row: str) -> int:

@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all, JSON that is read back checked, and checksums."""
+"""Files written whole or not at all, JSON and TOML read back checked, and checksums."""
 
 import errno
 import hashlib
@@ -6,12 +6,13 @@ import json
 import os
 import re
 import secrets
+import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from core.errors import DiskFullError, StoreError
+from core.errors import DiskFullError, InputError, StoreError
 
 MAX_JSON = 64 << 20
 """The largest JSON file that is read [bytes]; a run of 2 h has some 2 MB."""
@@ -120,6 +121,16 @@ def read_json(path: Path) -> dict[str, Any]:
     if not isinstance(values, dict):
         raise StoreError(f"{path} is damaged: it holds no table of values")
     return values
+
+
+def read_toml(path: Path, what: str) -> dict[str, Any]:
+    """Read a TOML file; raises `InputError` naming ``what`` if it is not there or not TOML."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(what, f"cannot read {path}: {error.strerror}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(what, f"{path} is not TOML: {error}") from None
 
 
 def sealed(values: dict[str, Any]) -> dict[str, Any]:

@@ -84,3 +84,12 @@ def load_model(models: Path, name: str) -> tuple[Card, dict[str, Tensor]]:
         return card, load(content)
     except SafetensorError as error:
         raise MirrorTwinError(f"model {name}: the weights are damaged: {error}") from None
+
+
+def unreadable(card: Card, error: Exception) -> MirrorTwinError:
+    """The error for a card that this version cannot read, for what reason, and what to do."""
+    reason = str(error).splitlines()[0] if str(error) else ""
+    return MirrorTwinError(
+        f"model {card.get('name', '?')}: its card is not one that this version can read "
+        f"({type(error).__name__}: {reason}); train it again with `mirrortwin train`"
+    )

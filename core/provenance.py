@@ -12,6 +12,7 @@ TWIN_SOURCES: tuple[str, ...] = (
     "core/clock.py",
     "core/cylinders.py",
     "core/twin/*.py",
+    "assets/data/channels.toml",
     "core/fmea/*.py",
     "assets/data/fmea/catalogue.toml",
     "assets/data/aircraft/**/*.xml",

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.cli.output import note, print_json, progress, writable_folder
+from core.diagnosis.classifiers import CLASSIFIERS
 from core.errors import InputError
 from core.paths import MODELS
 
@@ -30,6 +31,7 @@ examples:
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the options of this command."""
+    unkept = [each.id for each in CLASSIFIERS.values() if not each.keeps_weights]
     parser.add_argument("--data", type=Path, metavar="DIR", help="a folder that dataset wrote")
     parser.add_argument(
         "--surrogate", action="store_true", help="train the surrogate; needs no data set"
@@ -56,8 +58,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
         help="how the features are formed (default paired)",
     )  # fmt: skip
     parser.add_argument(
-        "--classifier", choices=("cnn", "lstm", "resnet", "transformer", "svm", "rf"),
-        default="cnn", help="default cnn; of svm and rf only the card is kept",
+        "--classifier", choices=tuple(CLASSIFIERS), default="cnn",
+        help=f"default cnn; of {' and '.join(unkept)} only the card is kept",
     )  # fmt: skip
     parser.add_argument(
         "--inputs", choices=("both", "residuals", "states"),

@@ -20,10 +20,10 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed
 
 from app.pages.fly.setup import field_id, form_values
+from core.arrays import Array32
 from core.channels import N_CHANNELS
 from core.errors import WorkerError
 from core.fmea.fault import Fault
-from core.jobs.events import Array32
 from core.twin.plan import Plan
 
 ANSWER_S = 60.0

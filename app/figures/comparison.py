@@ -68,7 +68,7 @@ def channels_figure(runs: Sequence[Flown], names: Sequence[str], kind: Kind) -> 
         }  # fmt: skip
         lines = [values_of(run, runs[0], name, kind) for run in runs]
         if kind != "reading":
-            noise = float(np.hypot(logged.noise_sd, logged.wander_sd))
+            noise = logged.sigma
             axes[f"yaxis{suffix}"]["range"] = framed(lines, 4.0 * noise)
         for place, (run, values) in enumerate(zip(runs, lines, strict=True)):
             drawn = kept_rows(run.time_s[: len(values)], values, POINTS_PER_LINE)

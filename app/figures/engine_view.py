@@ -4,43 +4,12 @@ A flat four seen from above, two bars on each cylinder, EGT above CHT, and gauge
 page holds the samples, so ``assets/engine.js`` draws it all; here is what it draws.
 """
 
-from dataclasses import dataclass
 from typing import Any
 
 from dash import html
 
 from app.kit.attributes import attributes
-from core.channels import CYLINDERS, Channel, cht_name, egt_name
-
-
-@dataclass(frozen=True, slots=True)
-class Scale:
-    """From where to where a gauge goes, in the channel's unit; its limits are the channel's.
-
-    ``low_matters``: whether falling out of the green arc calls for caution. A cold cylinder, or an
-    engine that turns slowly because it was told to, does not.
-    """
-
-    low: float
-    high: float
-    low_matters: bool = True
-
-
-SCALES: dict[str, Scale] = {
-    **{egt_name(cylinder): Scale(600.0, 1700.0) for cylinder in CYLINDERS},
-    **{cht_name(cylinder): Scale(100.0, 540.0, low_matters=False) for cylinder in CYLINDERS},
-    "E1 RPM": Scale(500.0, 3000.0, low_matters=False),
-    "E1 OilT": Scale(50.0, 270.0, low_matters=False),
-    "E1 OilP": Scale(0.0, 130.0),
-    "volt1": Scale(22.0, 34.0),
-    "volt2": Scale(22.0, 34.0),
-    "amp1": Scale(-40.0, 40.0),
-    "amp2": Scale(-10.0, 10.0),
-    "FQtyL": Scale(0.0, 27.0),
-    "FQtyR": Scale(0.0, 27.0),
-    "E1 FFlow": Scale(0.0, 16.0, low_matters=False),
-}
-"""The gauges of the engine view. Ammeters are the only ones with zero in the middle."""
+from core.channels import Channel, Gauge
 
 
 def gauge_spec(channel: Channel) -> dict[str, Any] | None:
@@ -49,7 +18,7 @@ def gauge_spec(channel: Channel) -> dict[str, Any] | None:
     ``bands`` are stretches of the scale, each with its status, from ``low`` to ``high``; a reading
     has the status of the stretch that it lies in.
     """
-    scale = SCALES.get(channel.name)
+    scale = channel.gauge
     if scale is None:
         return None
     return {
@@ -64,7 +33,7 @@ def gauge_spec(channel: Channel) -> dict[str, Any] | None:
     }
 
 
-def _bands(channel: Channel, scale: Scale) -> list[tuple[float, float, str]]:
+def _bands(channel: Channel, scale: Gauge) -> list[tuple[float, float, str]]:
     """Red below the lower limit, amber up to the green arc, green, amber, red above the upper."""
     red_low, red_high = channel.red
     green_low, green_high = channel.green or (scale.low, scale.high)

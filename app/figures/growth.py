@@ -3,7 +3,7 @@
 from app import theme
 from app.figures.axes import Figure, bare_layout, kept_rows, moments, onset_mark, packed, time_axis
 from core.channels import CHANNELS, unit_label
-from core.experiments.signs.growth import ONSET_S, PLAN, Growth
+from core.experiments.signs.growth import GROWTH_ONSET_S, GROWTH_PLAN, Growth
 
 POINTS_PER_LINE = 500
 
@@ -34,8 +34,8 @@ def growth_figure(growth: Growth, index: int) -> Figure:
         )
     layout = bare_layout(
         margin={"l": 44, "r": 10, "t": 6, "b": 20},
-        xaxis=time_axis(PLAN.duration_s, nticks=4),
+        xaxis=time_axis(GROWTH_PLAN.duration_s, nticks=4),
         yaxis={"zeroline": True, "ticks": "", "nticks": 5, "fixedrange": True},
-        shapes=onset_mark(ONSET_S),
+        shapes=onset_mark(GROWTH_ONSET_S),
     )
     return {"data": traces, "layout": layout}

@@ -6,9 +6,10 @@ import numpy as np
 
 from app.figures.axes import base64_floats, kept_rows
 from app.figures.sensors import POINTS_PER_LINE, tile_specs
+from core.arrays import Array, Array32
 from core.channels import CHANNEL_INDEX, CHANNELS, channel
 from core.teach.scoring import Mark
-from core.twin.trajectory import Array, Array32, Trajectory
+from core.twin.trajectory import Trajectory
 
 DIRECTION_WORDS = {"+": "rises", "-": "falls"}
 

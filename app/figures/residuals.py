@@ -22,9 +22,7 @@ COLUMNS = 150
 SATURATION_SIGMA = 8.0
 """Colour is full here; a healthy channel rarely passes 4."""
 
-NOISE_SIGMA: NDArray[np.float64] = np.array(
-    [np.hypot(channel.noise_sd, channel.wander_sd) for channel in CHANNELS]
-)
+NOISE_SIGMA: NDArray[np.float64] = np.array([channel.sigma for channel in CHANNELS])
 
 
 def binned_sigma(time_s: Array, residual: Array, duration_s: float) -> Array32:

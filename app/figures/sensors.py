@@ -49,7 +49,7 @@ def decimated(time_s: Array, faulted: Array32, mirror: Array32) -> list[list[str
 
 
 def _spec(channel: Channel) -> dict[str, Any]:
-    noise = 4.0 * float(np.hypot(channel.noise_sd, channel.wander_sd))
+    noise = 4.0 * channel.sigma
     return {
         "name": channel.name,
         "label": channel.label,

@@ -1,7 +1,5 @@
 """Signatures in miniature: which way each mode moves each channel, a row a mode."""
 
-import math
-
 from dash import html
 
 from app.figures.chain import ARROWS, WORDS
@@ -60,7 +58,7 @@ def signed(value: float) -> str:
 def strength(expected: ExpectedShift, name: str) -> int:
     """How far a severe fault takes the channel: 1 to 3, by decades of its own wander."""
     logged = channel(name)
-    sigma = abs(expected.severe) / math.hypot(logged.noise_sd, logged.wander_sd)
+    sigma = abs(expected.severe) / logged.sigma
     if sigma >= STRONG_SIGMA:
         return 3
     return 2 if sigma >= STRONG_SIGMA / 10.0 else 1

@@ -1,6 +1,5 @@
 """The app's words and its tour, read from TOML and checked on load."""
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -8,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from core.errors import InputError
+from core.files import read_toml
 from core.paths import DATA
 
 
@@ -41,7 +41,7 @@ def glossary() -> Mapping[str, Term]:
 def tour_stops() -> tuple[Stop, ...]:
     """The stops of the tour, in order; raises `InputError` for a bad file."""
     path = DATA / "tour.toml"
-    stops = _read(path).get("stop", [])
+    stops = read_toml(path, path.stem).get("stop", [])
     if not isinstance(stops, list) or not stops:
         raise InputError("stop", f"{path.name} has none")
     return tuple(_entry(Stop, f"stop {at}", table) for at, table in enumerate(stops, start=1))
@@ -51,15 +51,8 @@ def read_glossary(path: Path) -> Mapping[str, Term]:
     """Read and validate a glossary file; raises `InputError` naming the term."""
     return {
         term_id: _entry(Term, term_id, {"id": term_id, **table})
-        for term_id, table in _read(path).items()
+        for term_id, table in read_toml(path, path.stem).items()
     }
-
-
-def _read(path: Path) -> dict[str, Any]:
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(path.stem, f"{path}: {error}") from None
 
 
 def _entry(kind: type, where: str, table: dict[str, Any]) -> Any:

@@ -103,7 +103,7 @@ def scale_of(paint: Paint, readings: Readings) -> tuple[float, float]:
     """
     values = readings.values(paint)
     logged = channel(paint.channel)
-    least = _LEAST_SIGMA * float(np.hypot(logged.noise_sd, logged.wander_sd))
+    least = _LEAST_SIGMA * logged.sigma
     if paint.kind == "residual":
         reach = max(float(np.abs(values).max(initial=0.0)), least)
         return -reach, reach

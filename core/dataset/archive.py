@@ -18,11 +18,12 @@ from typing import Any
 
 import numpy as np
 
+from core.arrays import Array32
 from core.clock import DT_S
 from core.errors import InputError, StoreError
 from core.files import whole_file, write_json
 from core.provenance import provenance
-from core.twin.trajectory import Array32, Pair, Trajectory
+from core.twin.trajectory import Pair, Trajectory
 
 JOURNAL = "journal.jsonl"
 MANIFEST = "manifest.json"
@@ -83,14 +84,14 @@ class Archive:
     """A data set folder being filled."""
 
     def __init__(self, folder: Path, header: dict[str, Any], runs: dict[str, StoredRun]) -> None:
-        """Use `begun`. ``header`` holds ``spec`` and ``provenance``, ``runs`` what is whole."""
+        """Use `open`. ``header`` holds ``spec`` and ``provenance``, ``runs`` what is whole."""
         self.folder = folder
         self._header = header
         self._runs = runs
 
     @classmethod
-    def begun(cls, folder: Path, spec: dict[str, Any]) -> "Archive":
-        """Start a data set of ``spec`` in ``folder``, or go on with the one that lies there.
+    def open(cls, folder: Path, spec: dict[str, Any]) -> "Archive":
+        """Open a data set of ``spec`` in ``folder``: a new one, or the one that lies there.
 
         Runs are believed only if their file still has its checksum. Raises `InputError` if the
         folder holds a data set of another specification or of another twin, `StoreError` if it
@@ -132,7 +133,7 @@ class Archive:
             raise StoreError(f"data set folder {self.folder}: {error.strerror}") from None
         self._runs[run.id] = run
 
-    def completed(self, order: list[str]) -> Manifest:
+    def complete(self, order: list[str]) -> Manifest:
         """Write the manifest, runs in ``order`` whatever order they landed in, and read it back."""
         runs = tuple(self._runs[run] for run in order)
         manifest = Manifest(self._header["spec"], self._header["provenance"], runs)

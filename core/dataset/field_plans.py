@@ -1,6 +1,5 @@
 """Field flights like those of the real logs, drawn by seed from ``assets/realism.toml``."""
 
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -8,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from core.errors import InputError
+from core.files import read_toml
 from core.paths import DATA
 from core.twin.constants import CRUISE_MIXTURE
 from core.twin.plan import Leg, Plan, Weather
@@ -22,10 +22,7 @@ Table = Mapping[str, Any]
 
 def load_distribution(path: Path = DISTRIBUTION) -> dict[str, Any]:
     """What flights are drawn from; raises `InputError` if the file cannot be read or flown."""
-    try:
-        distribution = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise InputError("realism", f"cannot read {path}: {error}") from None
+    distribution = read_toml(path, "realism")
     try:
         field_plan(0, distribution)
     except (KeyError, TypeError, ValueError) as error:

@@ -1,6 +1,5 @@
 """The data set: which flights are flown for it, and the flying of them (paper section 3.3)."""
 
-import tomllib
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass, fields, replace
@@ -11,19 +10,23 @@ from typing import Any, Literal, Self
 import numpy as np
 from distributed import Client, Future, KilledWorker, as_completed
 
+from core.arrays import Array32
 from core.checks import checked_number
 from core.clock import DT_S
+from core.cylinders import N_CYLINDERS
 from core.dataset.archive import Archive, Manifest, StoredRun
 from core.errors import InputError, WorkerError
-from core.fmea.catalogue import Mode, catalogue
+from core.files import read_toml
+from core.fmea.catalogue import Mode, catalogue, class_ids
 from core.fmea.fault import Fault
 from core.paths import DATA
 from core.residual.paired import first_departure
 from core.residual.window import EFFECTIVE_STEPS, STRIDE_STEPS, WINDOW_STEPS
 from core.twin.flight import fly, fly_pair
 from core.twin.plan import PLAN_RANGES, Conditions, Plan
-from core.twin.trajectory import Array32, Pair
+from core.twin.trajectory import Pair
 from core.workers.pool import await_workers, pool_client
+from core.workers.remote import remote_client
 from core.workers.scheduler import RemoteScheduler
 
 Split = Literal["train", "validation", "test"]
@@ -32,8 +35,6 @@ SPEC_PATH = DATA / "dataset.toml"
 IN_FLIGHT_PER_WORKER = 2
 """Runs handed to the cluster ahead of their turn: enough to keep it busy, few enough to hold."""
 
-
-CONNECT_S = 10.0
 
 SOON_S = 15.0
 """Most faults show within so long after their onset."""
@@ -56,7 +57,9 @@ class DatasetSpec:
         """Check every field."""
         checked_number("duration_s", self.duration_s, *PLAN_RANGES["duration_s"])
         checked_number("runs_per_class", self.runs_per_class, 4, 100_000)
-        checked_number("first_seed", self.first_seed, 0, 2**31 - 1 - 20 * self.runs_per_class)
+        checked_number(
+            "first_seed", self.first_seed, 0, 2**31 - 1 - len(class_ids()) * self.runs_per_class
+        )
         for name, low, high in (("severity", 0.0, 1.0), ("onset_s", 0.0, self.duration_s)):
             bounds = getattr(self, name)
             if len(bounds) != 2 or not low <= bounds[0] <= bounds[1] <= high:
@@ -70,10 +73,7 @@ class DatasetSpec:
     @classmethod
     def load(cls, path: Path = SPEC_PATH) -> Self:
         """Read a specification; raises `InputError` for unreadable TOML or unknown fields."""
-        try:
-            values = tomllib.loads(path.read_text(encoding="utf-8"))
-        except (OSError, tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-            raise InputError("dataset", f"{path}: {error}") from None
+        values = read_toml(path, "dataset")
         for name in values:
             if name not in {field.name for field in fields(cls)}:
                 raise InputError(name, f"{path} has no such field")
@@ -129,7 +129,7 @@ def _planned_run(spec: DatasetSpec, mode: Mode, repeat: int, seed: int, split: S
         mode=mode.id,
         severity=round(float(rng.uniform(*spec.severity)), 4),
         onset_s=round(float(rng.uniform(*spec.onset_s)), 2),
-        cylinder=None if mode.whole_engine else int(rng.choice(4, p=mode.prior)) + 1,
+        cylinder=None if mode.whole_engine else int(rng.choice(N_CYLINDERS, p=mode.prior)) + 1,
     )
     return PlannedRun(f"{mode.id}-{repeat:04d}", split, plan, fault)
 
@@ -204,14 +204,14 @@ def generate(
     """Fly what is missing of the data set into ``out_dir``.
 
     Called again after a kill it keeps every run that is whole and flies the rest; a run whose
-    file no longer matches its checksum is flown anew. The flying goes to ``workers`` local
+    file no longer matches its checksum is flown again. The flying goes to ``workers`` local
     processes or to the Dask cluster at ``scheduler``; files are written here alone.
     ``progress(done, total)`` is called at the start and after each run. Raises `InputError` if
     ``out_dir`` holds another data set, `WorkerError` if the cluster cannot be reached or a run
     killed its workers, `StoreError` if the disk refuses.
     """
     runs = planned_runs(spec)
-    archive = Archive.begun(out_dir, spec.to_dict())
+    archive = Archive.open(out_dir, spec.to_dict())
     missing = [run for run in runs if not archive.holds(run.id)]
     done = len(runs) - len(missing)
     report = progress or (lambda done, total: None)
@@ -222,7 +222,7 @@ def generate(
                 archive.add(_stored(run, flown), flown.channels)
                 done += 1
                 report(done, len(runs))
-    return archive.completed([run.id for run in runs])
+    return archive.complete([run.id for run in runs])
 
 
 def _stored(run: PlannedRun, flown: FlownRun) -> StoredRun:
@@ -266,11 +266,6 @@ def _cluster(workers: int, scheduler: RemoteScheduler | None) -> Iterator[Client
         if scheduler is None:
             yield stack.enter_context(pool_client(workers))
             return
-        try:
-            client = stack.enter_context(
-                Client(scheduler.address, timeout=CONNECT_S, security=scheduler.security())
-            )
-        except (OSError, ValueError) as error:
-            raise WorkerError(f"scheduler {scheduler.address}: {error}") from None
+        client = stack.enter_context(remote_client(scheduler))
         await_workers(client, 1, f"of the scheduler {scheduler.address}")
         yield client

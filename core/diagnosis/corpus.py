@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from core.arrays import Array32
 from core.dataset.archive import StoredRun, read_run
 from core.diagnosis.features import (
     WINDOW_POOLED,
@@ -23,7 +24,7 @@ from core.residual.controls import controls
 from core.residual.surrogate import Surrogate
 from core.residual.window import WINDOW_STEPS
 from core.twin.plan import Plan
-from core.twin.trajectory import Array32, Pair
+from core.twin.trajectory import Pair
 
 Batch = tuple[NDArray[np.float32], Labels]
 
@@ -95,7 +96,7 @@ class Corpus:
 
     def _batch(self, normalisation: Normalisation, windows: list[Window]) -> Batch:
         size = (len(windows), n_features(self.shown), WINDOW_POOLED)
-        features = np.empty(size, dtype=np.float32)
+        features = np.full(size, np.nan, dtype=np.float32)
         for row, window in enumerate(windows):
             rows = slice(window.start_row, window.start_row + WINDOW_STEPS)
             sensors = self.pairs[window.run].faulted.channels[rows]

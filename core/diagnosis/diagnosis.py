@@ -7,7 +7,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-Array32 = NDArray[np.float32]
+from core.arrays import Array32
 
 InterventionKind = Literal["repair", "target", "ground"]
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from core.arrays import Array, Array32
 from core.channels import CHANNELS, N_CHANNELS, Channel
 from core.clock import DT_S
 from core.diagnosis.diagnosis import Evidence
@@ -26,7 +27,7 @@ from core.residual.healthy import (
 )
 from core.residual.paired import first_departure
 from core.residual.surrogate import Surrogate
-from core.twin.trajectory import Array, Array32, Pair
+from core.twin.trajectory import Pair
 
 MIN_OUTSIDE_STEPS = round(1.0 / DT_S)
 """A channel has moved once it has spent this long outside its band: one second."""

@@ -11,11 +11,13 @@ from typing import Any, Literal, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from core.channels import CHANNEL_INDEX, CHANNELS, CYLINDERS, N_CHANNELS, cht_name, egt_name
+from core.arrays import Array, Array32
+from core.channels import CHANNEL_INDEX, CHANNELS, N_CHANNELS, cht_name, egt_name
 from core.clock import DT_S
+from core.cylinders import CYLINDERS
 from core.residual.window import WINDOW_STEPS
 from core.twin.plan import Conditions
-from core.twin.trajectory import Array, Array32, Pair
+from core.twin.trajectory import Pair
 
 N_FEATURES = 2 * N_CHANNELS
 
@@ -100,8 +102,8 @@ class FeatureMode:
     debiased: bool = False
     contrast: float = 0.0
 
-    def told(self) -> list[Any]:
-        """What makes features of one residual these and no others, JSON-ready."""
+    def identity(self) -> list[Any]:
+        """All that the features of a residual depend on, JSON-ready."""
         return [self.name, self.scale.tolist(), self.gain, self.debiased, self.contrast]
 
 
@@ -165,10 +167,10 @@ CYLINDER_COLUMNS = tuple(
 
 def contrasted(residual: Array32, share: float) -> Array32:
     """Residuals (n, 23) with each cylinder less that share of the mean of the four."""
-    told = residual.copy()
+    contrasts = residual.copy()
     for columns in CYLINDER_COLUMNS:
-        told[:, columns] -= share * residual[:, columns].mean(axis=1, keepdims=True)
-    return told
+        contrasts[:, columns] -= share * residual[:, columns].mean(axis=1, keepdims=True)
+    return contrasts
 
 
 def feature_mode(name: str, conditions: Conditions) -> FeatureMode:
@@ -245,7 +247,9 @@ class Normalisation:
 
         With ``inputs`` other than both, only that half, (23, n / 10).
         """
-        features = np.empty((n_features(inputs), len(residual) // POOL_STEPS), dtype=np.float32)
+        features = np.full(
+            (n_features(inputs), len(residual) // POOL_STEPS), np.nan, dtype=np.float32
+        )
         if inputs != "states":
             steps = contrasted(pooled(residual), self.contrast)
             compressed = np.arcsinh(steps / self.residual_scale)

@@ -1,4 +1,4 @@
-"""When a diagnosis comes to the right answer, and stays with it."""
+"""The time from which on a diagnosis names the right class to the end."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -3,23 +3,16 @@
 from dataclasses import dataclass
 
 from core.checks import checked_number
+from core.diagnosis.classifiers import CLASSIFIERS
 from core.diagnosis.features import FEATURE_MODES, FEATURE_ROWS, Inputs
 from core.diagnosis.networks import NETWORKS
 from core.diagnosis.statistical import STATISTICAL
 from core.errors import InputError
 from core.twin.plan import Conditions
 
-CLASSIFIERS: dict[str, str] = {
-    "cnn": "1D-CNN",
-    "lstm": "LSTM",
-    "resnet": "ResNet",
-    "transformer": "Transformer",
-    "svm": "SVM",
-    "rf": "RF",
-}
-"""Every classifier that can be trained, titled as in the paper's Table 2."""
-
-assert set(CLASSIFIERS) == {*NETWORKS, *STATISTICAL}
+for _each in CLASSIFIERS.values():
+    assert _each.id in (NETWORKS if _each.keeps_weights else STATISTICAL), _each.id
+assert len(CLASSIFIERS) == len(NETWORKS) + len(STATISTICAL)
 
 
 CHOSEN_INPUTS: dict[tuple[str, Conditions], Inputs] = {("paired", "field"): "residuals"}

@@ -59,8 +59,8 @@ def fit_for(
 def identity_of(settings: TrainingSettings, manifest: Manifest, surrogate: str) -> str:
     """A digest of what makes a training this one: settings, features, data, surrogate."""
     mode = feature_mode(settings.feature_mode, manifest.spec["conditions"])
-    told = [asdict(settings), mode.told(), [run.sha256 for run in manifest.runs], surrogate]
-    return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:16]
+    parts = [asdict(settings), mode.identity(), [run.sha256 for run in manifest.runs], surrogate]
+    return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:16]
 
 
 def device() -> torch.device:

@@ -1,4 +1,4 @@
-"""Training of a classifier, resumable, and the card that comes of it (paper section 5.1)."""
+"""Resumable training of a classifier, and the model card it writes (paper section 5.1)."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -132,8 +132,9 @@ def _score(card: Card, fit: Fit, validation: Corpus, test: Corpus) -> None:
 def mistakes(corpus: Corpus, found: Labels) -> list[dict[str, Any]]:
     """The flights behind the confusion matrix: those with windows taken for another class.
 
-    ``found``: (n,) class numbers of the scored windows. Each flight is told so that it can be flown
-    again: its seed, class, severity, onset and cylinder, and how many windows were taken for what.
+    ``found``: (n,) class numbers of the scored windows. Each flight is described so that it can be
+    flown again: its seed, class, severity, onset and cylinder, and how many windows were taken for
+    what.
     """
     counts = Counter(
         (window.run, int(taken))

@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from core.arrays import Array
 from core.channels import CHANNEL_INDEX, CHANNEL_NAMES, CHANNELS, Channel
 from core.errors import InputError
 from core.exchange.g1000_writer import SIMULATED_MODE, UNIT_PART
@@ -34,10 +34,8 @@ from core.exchange.log_table import (
 from core.exchange.log_units import Scale, scale_of, understood
 from core.paths import ROOT
 
-Array = NDArray[np.float64]
-
 LOGS = ROOT.parent / "shared" / "logs"
-"""Where logs are looked for unless told otherwise."""
+"""The default folder of logs."""
 
 REQUIRED: tuple[str, ...] = ("IAS", "VSpd", "E1 RPM")
 """Without these nobody can tell cruise from anything else; any other channel may be missing."""

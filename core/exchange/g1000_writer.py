@@ -6,18 +6,18 @@ navigation, autopilot) stays blank, as it does in real logs where there is nothi
 """
 
 from collections.abc import Mapping
+from dataclasses import astuple
 from datetime import UTC, datetime, timedelta
 from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from core.channels import CHANNEL_NAMES
+from core.arrays import Array
+from core.channels import CHANNEL_INDEX, CHANNEL_NAMES, CHANNELS, channel, check_covers
 from core.errors import InputError
 from core.store.records import RunRecord
 from core.twin.trajectory import Trajectory
-
-Array = NDArray[np.float64]
 
 Side = Literal["faulted", "mirror"]
 SIDES: tuple[Side, ...] = get_args(Side)
@@ -54,23 +54,21 @@ class _Column(NamedTuple):
     decimals: int | None = None
 
 
+def _logged(name: str) -> _Column:
+    return _Column(name, *astuple(channel(name).g1000))
+
+
 _COLUMNS: tuple[_Column, ...] = (
     _Column("Lcl Date", "#yyy-mm-dd", 10), _Column("Lcl Time", "hh:mm:ss", 8),
     _Column("UTCOfst", "hh:mm", 7), _Column("AtvWpt", "ident", 6),
     _Column("Latitude", "degrees", 12, 7), _Column("Longitude", "degrees", 12, 7),
     _Column("AltB", "ft Baro", 7, 1), _Column("BaroA", "inch", 5, 2),
-    _Column("AltMSL", "ft msl", 7, 1), _Column("OAT", "deg C", 5, 1),
-    _Column("IAS", "kt", 6, 2), _Column("GndSpd", "kt", 6, 2),
-    _Column("VSpd", "fpm", 7, 2), _Column("Pitch", "deg", 6, 2), _Column("Roll", "deg", 6, 2),
-    _Column("LatAc", "G", 6, 2), _Column("NormAc", "G", 6, 2),
+    _logged("AltMSL"), _logged("OAT"),
+    _logged("IAS"), _Column("GndSpd", "kt", 6, 2),
+    _logged("VSpd"), _Column("Pitch", "deg", 6, 2), _Column("Roll", "deg", 6, 2),
+    _Column("LatAc", "G", 6, 2), _logged("NormAc"),
     _Column("HDG", "deg", 5, 1), _Column("TRK", "deg", 5, 1),
-    _Column("volt1", "volts", 5, 1), _Column("volt2", "volts", 5, 1),
-    _Column("amp1", "amps", 5, 1), _Column("amp2", "amps", 5, 1),
-    _Column("FQtyL", "gals", 6, 2), _Column("FQtyR", "gals", 6, 2),
-    _Column("E1 FFlow", "gph", 8, 2), _Column("E1 OilT", "deg F", 7, 2),
-    _Column("E1 OilP", "psi", 7, 2), _Column("E1 RPM", "rpm", 6, 1),
-    *(_Column(f"E1 {kind}{cylinder}", "deg F", 7, 2)
-      for kind in ("CHT", "EGT") for cylinder in (1, 2, 3, 4)),
+    *(_logged(one.name) for one in CHANNELS if one.subsystem != "flight"),
     _Column("AltGPS", "ft wgs", 7, 1), _Column("TAS", "kt", 3, 0), _Column("HSIS", "enum", 4),
     _Column("CRS", "deg", 6, 1),
     _Column("NAV1", "MHz", 6, 2), _Column("NAV2", "MHz", 6, 2),
@@ -87,6 +85,11 @@ _COLUMNS: tuple[_Column, ...] = (
 """All columns in the device's order."""
 
 COLUMN_NAMES = tuple(column.name for column in _COLUMNS)
+
+check_covers(
+    "the columns of core/exchange/g1000_writer.py",
+    (name for name in COLUMN_NAMES if name in CHANNEL_INDEX),
+)
 
 
 def log_name(record: RunRecord, side: Side) -> str:

@@ -11,10 +11,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from core.arrays import Array
 from core.errors import InputError
 from core.exchange.log_table import is_blank
 
-Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
 WOBBLE_S = 5.0

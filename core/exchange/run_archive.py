@@ -35,8 +35,9 @@ from core.report.files.export import Exported, to_markdown
 from core.store.labels import Label, label_of
 from core.store.records import RunRecord, read_record, valid_run_id
 from core.store.recovery import IMPORT_PREFIX, read_label_file, write_label_file
+from core.store.result_file import read_result
 from core.store.rows import NO_LABEL
-from core.store.store import RunStore, read_result
+from core.store.store import RunStore
 from core.twin.flight_file import read_pair
 
 FORMAT = "mirrortwin-runs"
@@ -45,7 +46,7 @@ MANIFEST = "manifest.json"
 FILES = ("run.json", "run.parquet", "run.rrd")
 REPORTS = ("report.html", "report.md")
 
-MAX_RUNS = 50
+MAX_PACKED_RUNS = 50
 MAX_PACKED = 512 << 20
 """The largest zip file that is taken [bytes]; a run of 300 s has some 15 MB, one of 2 h 200 MB."""
 
@@ -65,45 +66,45 @@ def pack(store: RunStore, run_ids: Sequence[str], path: Path) -> None:
 
     Raises `InputError` for a run that is not done or too many of them, or `StoreError`.
     """
-    if not 0 < len(run_ids) <= MAX_RUNS:
-        raise InputError("runs", f"must be 1 to {MAX_RUNS} at once, got {len(run_ids)}")
+    if not 0 < len(run_ids) <= MAX_PACKED_RUNS:
+        raise InputError("runs", f"must be 1 to {MAX_PACKED_RUNS} at once, got {len(run_ids)}")
     for run_id in run_ids:
         if (status := store.get(run_id).status) != "done":
             raise InputError("run", f"{run_id} is {status}: only a finished run can be exported")
-    with whole_file(path) as temporary, zipfile.ZipFile(temporary, "w") as parcel:
-        runs = {run_id: _packed(store, run_id, parcel) for run_id in dict.fromkeys(run_ids)}
+    with whole_file(path) as temporary, zipfile.ZipFile(temporary, "w") as archive:
+        runs = {run_id: _packed(store, run_id, archive) for run_id in dict.fromkeys(run_ids)}
         content = {"format": FORMAT, "version": VERSION, "runs": runs}
-        _add(parcel, MANIFEST, json.dumps(content, indent=1).encode())
+        _add(archive, MANIFEST, json.dumps(content, indent=1).encode())
 
 
-def _packed(store: RunStore, run_id: str, parcel: zipfile.ZipFile) -> dict[str, Any]:
+def _packed(store: RunStore, run_id: str, archive: zipfile.ZipFile) -> dict[str, Any]:
     """Add a run's files; returns what the manifest says of it."""
     folder = store.recording_path(run_id).parent
     sums = {}
     for name in FILES:
         if (folder / name).exists():
-            sums[name] = _add_file(parcel, f"{run_id}/{name}", folder / name)
+            sums[name] = _add_file(archive, f"{run_id}/{name}", folder / name)
     report = stored_report(store, run_id)
     for name in REPORTS:
         content = report_file(report, name.rpartition(".")[2])
-        sums[name] = _add(parcel, f"{run_id}/{name}", content)
+        sums[name] = _add(archive, f"{run_id}/{name}", content)
     label = label_of(store, run_id)
     return {"tags": list(label.tags), "note": label.note, "sha256": sums}
 
 
-def _add(parcel: zipfile.ZipFile, name: str, content: bytes) -> str:
+def _add(archive: zipfile.ZipFile, name: str, content: bytes) -> str:
     entry = zipfile.ZipInfo(name, _EPOCH)
     entry.compress_type = zipfile.ZIP_DEFLATED
-    parcel.writestr(entry, content)
+    archive.writestr(entry, content)
     return hashlib.sha256(content).hexdigest()
 
 
-def _add_file(parcel: zipfile.ZipFile, name: str, path: Path) -> str:
+def _add_file(archive: zipfile.ZipFile, name: str, path: Path) -> str:
     """Add a file; Parquet and recordings as they are, for they are compressed already."""
     digest = hashlib.sha256()
     entry = zipfile.ZipInfo(name, _EPOCH)
     entry.compress_type = zipfile.ZIP_DEFLATED if name.endswith(".json") else zipfile.ZIP_STORED
-    with path.open("rb") as source, parcel.open(entry, "w") as target:
+    with path.open("rb") as source, archive.open(entry, "w") as target:
         while block := source.read(_BLOCK):
             digest.update(block)
             target.write(block)
@@ -111,20 +112,20 @@ def _add_file(parcel: zipfile.ZipFile, name: str, path: Path) -> str:
 
 
 def unpack(store: RunStore, path: Path) -> list[RunRecord]:
-    """Enter the runs of a parcel into the store, all or none, each under its own name.
+    """Enter the runs of an archive into the store, all or none, each under its own name.
 
-    A run of the parcel that was thrown away here comes back as the parcel has it. Raises
+    A run of the archive that was thrown away here comes back as the archive has it. Raises
     `InputError` saying what is wrong with the file, or `StoreError`.
     """
-    with _one_at_a_time, _opened(path) as parcel:
-        offered = _manifest(parcel)
+    with _one_at_a_time, _opened(path) as archive:
+        offered = _manifest(archive)
         here = [run_id for run_id in offered if _is_here(store, run_id)]
         if here:
             raise InputError(_FIELD, f"holds run {here[0]}, which is in this store already")
         with _workplace(store) as workplace:
             items = offered.values()
             found = _with_room(
-                store, lambda: [_unpacked(parcel, item, workplace / item.run_id) for item in items]
+                store, lambda: [_unpacked(archive, item, workplace / item.run_id) for item in items]
             )
             _with_room(store, lambda: _enter(store, found, workplace))
     return found
@@ -155,9 +156,9 @@ def _opened(path: Path) -> Iterator[zipfile.ZipFile]:
             raise InputError(_FIELD, f"is larger than {MAX_PACKED >> 20} MB")
         with path.open("rb") as file:
             _check_directory(file)
-            with zipfile.ZipFile(file) as parcel:
-                _check_entries(parcel.infolist())
-                yield parcel
+            with zipfile.ZipFile(file) as archive:
+                _check_entries(archive.infolist())
+                yield archive
     except (zipfile.BadZipFile, zlib.error, UnicodeDecodeError) as error:
         raise InputError(_FIELD, f"is damaged: {error}") from None
     except (NotImplementedError, RuntimeError, EOFError) as error:
@@ -170,7 +171,7 @@ def _check_directory(file: IO[bytes]) -> None:
     """Refuse what is no zip file, or one whose directory alone would fill the memory.
 
     Python reads the whole directory before it says anything, and believes a ZIP64 record, which no
-    parcel needs.
+    archive needs.
     """
     size = file.seek(0, 2)
     file.seek(max(0, size - _END.size - 20))
@@ -183,7 +184,7 @@ def _check_directory(file: IO[bytes]) -> None:
 
 
 def _check_entries(entries: Sequence[zipfile.ZipInfo]) -> None:
-    if len(entries) > MAX_RUNS * len((*FILES, *REPORTS)) + 1:
+    if len(entries) > MAX_PACKED_RUNS * len((*FILES, *REPORTS)) + 1:
         raise InputError(_FIELD, "lists more files than an export has")
     names: set[str] = set()
     for entry in entries:
@@ -204,12 +205,12 @@ def _check_entries(entries: Sequence[zipfile.ZipInfo]) -> None:
         raise InputError(_FIELD, f"would unpack to more than {MAX_UNPACKED >> 20} MB")
 
 
-def _manifest(parcel: zipfile.ZipFile) -> dict[str, _Offered]:
-    """What the parcel says it holds; raises `InputError`."""
-    if MANIFEST not in parcel.namelist():
+def _manifest(archive: zipfile.ZipFile) -> dict[str, _Offered]:
+    """What the archive says it holds; raises `InputError`."""
+    if MANIFEST not in archive.namelist():
         raise InputError(_FIELD, f"has no {MANIFEST}: it is not an export of MirrorTwin")
     try:
-        content = json.loads(parcel.read(MANIFEST))
+        content = json.loads(archive.read(MANIFEST))
         if content["format"] != FORMAT:
             raise InputError(_FIELD, "is not an export of MirrorTwin")
         if content["version"] != VERSION:
@@ -225,10 +226,10 @@ def _manifest(parcel: zipfile.ZipFile) -> dict[str, _Offered]:
         if error.field == _FIELD:
             raise
         raise InputError(_FIELD, f"has a {MANIFEST} with bad {error}") from None
-    if not 0 < len(offered) <= MAX_RUNS:
-        raise InputError(_FIELD, f"must hold 1 to {MAX_RUNS} runs, got {len(offered)}")
+    if not 0 < len(offered) <= MAX_PACKED_RUNS:
+        raise InputError(_FIELD, f"must hold 1 to {MAX_PACKED_RUNS} runs, got {len(offered)}")
     listed = {f"{item.run_id}/{name}" for item in offered.values() for name in item.sums}
-    if not complete or listed | {MANIFEST} != set(parcel.namelist()):
+    if not complete or listed | {MANIFEST} != set(archive.namelist()):
         raise InputError(_FIELD, f"does not hold the files that its {MANIFEST} lists")
     return offered
 
@@ -246,16 +247,16 @@ def _workplace(store: RunStore) -> Iterator[Path]:
 def _with_room(store: RunStore, act: Callable[[], _Made]) -> _Made:
     """What ``act`` returns, with a full disk as the error that `RunStore.with_room` knows."""
 
-    def told() -> _Made:
+    def translated() -> _Made:
         try:
             return act()
         except OSError as error:
             raise write_error(store.root, error) from error
 
-    return store.with_room(told)
+    return store.with_room(translated)
 
 
-def _unpacked(parcel: zipfile.ZipFile, offered: _Offered, folder: Path) -> RunRecord:
+def _unpacked(archive: zipfile.ZipFile, offered: _Offered, folder: Path) -> RunRecord:
     """Write a run's files to ``folder``, read each of them, and return the run's record."""
     shutil.rmtree(folder, ignore_errors=True)  # of a first try that the disk had no room for
     folder.mkdir()
@@ -264,7 +265,7 @@ def _unpacked(parcel: zipfile.ZipFile, offered: _Offered, folder: Path) -> RunRe
             continue
         entry = f"{offered.run_id}/{name}"
         digest = hashlib.sha256()
-        with parcel.open(entry) as source, (folder / name).open("wb") as target:
+        with archive.open(entry) as source, (folder / name).open("wb") as target:
             while block := source.read(_BLOCK):
                 digest.update(block)
                 target.write(block)

@@ -1,15 +1,16 @@
-"""The FMEA catalogue: the 20 classes and the defects each one drives, read from TOML."""
+"""The FMEA catalogue: the classes and the defects each one drives, read from TOML."""
 
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+from core.cylinders import CYLINDERS, GROUPS, N_CYLINDERS
 from core.errors import InputError
-from core.fmea.defects import ENGINE_WIDE, MOVES_ENGINE, PER_CYLINDER, PLACES
+from core.files import read_toml
+from core.fmea.defects import ENGINE, ENGINE_WIDE, MOVES_ENGINE, PER_CYLINDER
 from core.fmea.laws import LawSpec, read_law
 from core.fmea.powerplant import CARRIERS
 from core.paths import DATA
@@ -48,7 +49,7 @@ class Mode:
     law: str
     cylinder: int
     whole_engine: bool
-    prior: tuple[float, float, float, float]
+    prior: tuple[float, ...]
     severity_rating: int
     occurrence: int
     detection: int
@@ -75,27 +76,26 @@ def catalogue() -> Mapping[str, Mode]:
 
 @cache
 def class_ids() -> tuple[str, ...]:
-    """The 20 class ids in the order of every probability vector."""
+    """The class ids in the order of every probability vector."""
     return tuple(catalogue())
 
 
 def read_catalogue(path: Path) -> Mapping[str, Mode]:
     """Read and validate a catalogue file; raises `InputError` naming mode and field."""
-    try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, tomllib.TOMLDecodeError) as error:
-        raise InputError("catalogue", f"{path}: {error}") from None
+    tables = read_toml(path, "catalogue")
     return {mode_id: _read_mode(mode_id, table) for mode_id, table in tables.items()}
 
 
 def _read_mode(mode_id: str, table: dict[str, Any]) -> Mode:
     try:
         prior = tuple(float(p) for p in table["prior"])
-        if len(prior) != 4 or not math.isclose(sum(prior), 1.0, abs_tol=1e-6):
-            raise InputError(f"{mode_id}.prior", f"must be four shares that sum to 1, got {prior}")
+        if len(prior) != N_CYLINDERS or not math.isclose(sum(prior), 1.0, abs_tol=1e-6):
+            raise InputError(
+                f"{mode_id}.prior", f"must be {N_CYLINDERS} shares that sum to 1, got {prior}"
+            )
         cylinder = int(table["cylinder"])
-        if not 0 <= cylinder <= 4:
-            raise InputError(f"{mode_id}.cylinder", f"must be 0-4, got {cylinder}")
+        if cylinder not in (0, *CYLINDERS):
+            raise InputError(f"{mode_id}.cylinder", f"must be 0 or a cylinder, got {cylinder}")
         ratings = [int(table[key]) for key in ("severity_rating", "occurrence", "detection")]
         if not all(1 <= rating <= 10 for rating in ratings):
             raise InputError(f"{mode_id}", f"ratings must be 1-10, got {ratings}")
@@ -106,7 +106,7 @@ def _read_mode(mode_id: str, table: dict[str, Any]) -> Mode:
             law=str(table["law"]),
             cylinder=cylinder or 1,
             whole_engine=cylinder == 0,
-            prior=(prior[0], prior[1], prior[2], prior[3]),
+            prior=prior,
             severity_rating=ratings[0],
             occurrence=ratings[1],
             detection=ratings[2],
@@ -130,8 +130,12 @@ def _read_drive(mode_id: str, table: dict[str, Any]) -> Drive:
     where, defect = table["where"], table["defect"]
     if defect not in (*ENGINE_WIDE, *PER_CYLINDER):
         raise InputError(f"{mode_id}.drive.defect", f"unknown defect {defect!r}")
-    if where not in PLACES or (where == "engine") != (defect in ENGINE_WIDE):
-        raise InputError(f"{mode_id}.drive.where", f"{where!r} is no place for {defect}")
+    places = (ENGINE,) if defect in ENGINE_WIDE else tuple(GROUPS)
+    if where not in places:
+        raise InputError(
+            f"{mode_id}.drive.where",
+            f"{defect} can be at {', '.join(places)}, got {where!r}",
+        )
     mild, severe = float(table["mild"]), float(table["severe"])
     if not 0.0 < mild < severe:
         raise InputError(f"{mode_id}.drive", f"needs 0 < mild < severe, got {mild}, {severe}")

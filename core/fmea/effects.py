@@ -8,12 +8,10 @@ from dataclasses import dataclass, fields
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from core.arrays import Array
 from core.fmea.defects import DEFECT_SLICE, N_DEFECTS
 from core.fmea.plenum import cooling
-
-Array = NDArray[np.float64]
 
 FLAME_EXPONENT = 2.5
 """Combustion weakens before it goes out: half the power lost leaves four flames in five."""

@@ -6,6 +6,7 @@ from typing import Any, Self
 
 from core.checks import checked_number
 from core.clock import LONGEST_S
+from core.cylinders import CYLINDERS
 from core.errors import InputError
 from core.fmea.catalogue import catalogue
 
@@ -14,7 +15,8 @@ from core.fmea.catalogue import catalogue
 class Fault:
     """A failure mode of the FMEA catalogue, injected at ``onset_s`` with ``severity`` 0-1.
 
-    ``cylinder`` is 1-4 or None for the mode's usual one. Severity 0 equals nominal exactly.
+    ``cylinder`` is one of `CYLINDERS` or None for the mode's usual one. Severity 0 equals nominal
+    exactly.
     """
 
     mode: str = "nominal"
@@ -31,8 +33,10 @@ class Fault:
         object.__setattr__(
             self, "onset_s", checked_number("onset_s", self.onset_s, 0.0, LONGEST_S, "s")
         )
-        if self.cylinder is not None and self.cylinder not in (1, 2, 3, 4):
-            raise InputError("cylinder", f"must be 1, 2, 3 or 4, got {self.cylinder!r}")
+        if self.cylinder is not None and self.cylinder not in CYLINDERS:
+            *most, last = CYLINDERS
+            known = f"{', '.join(map(str, most))} or {last}"
+            raise InputError("cylinder", f"must be {known}, got {self.cylinder!r}")
 
     @property
     def target_cylinder(self) -> int:

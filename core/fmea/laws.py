@@ -329,7 +329,7 @@ def read_law(field: str, table: dict[str, Any]) -> LawSpec:
     known = {item.name for item in fields(_SPECS[kind])}
     for name in parameters:
         if name not in known:
-            raise InputError(f"{field}.{name}", f"is no parameter of {kind}")
+            raise InputError(f"{field}.{name}", f"is not a parameter of {kind}")
     if "releases" in parameters:
         parameters["releases"] = tuple(float(level) for level in parameters["releases"])
     try:

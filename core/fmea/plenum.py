@@ -9,11 +9,10 @@ areas for an O-320 cowling (``assets/facts/fmea.md`` section 2).
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from core.arrays import Array
+from core.cylinders import CYLINDERS, N_CYLINDERS, mate
 from core.fmea.defects import DEFECT_SLICE
-
-Array = NDArray[np.float64]
 
 INLET_IN2 = 45.0
 EXIT_IN2 = 38.0
@@ -35,6 +34,9 @@ LOCAL_LOSS = np.array([0.40, 0.52, 0.52, 0.40])
 
 MATE_SHARE = 0.06
 """Share of a local leak felt by the cylinder behind or ahead of it on the bank."""
+
+_MATES = [CYLINDERS.index(mate(cylinder)) for cylinder in CYLINDERS]
+"""The column of each cylinder's mate."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,9 +63,9 @@ def cooling(defects: Array) -> Cooling:
     leak_in2 = defects[:, DEFECT_SLICE["plenum_leak_in2"]][:, 0]
     deck_in2 = _HEALTHY_DECK_IN2 + leak_in2 + LOCAL_SHARE_OF_DECK * local.sum(axis=1)
     pressure = _deck_share(deck_in2) / _HEALTHY_SHARE
-    # A leak between cylinders 1 and 3 (or 2 and 4) robs both, the nearer one far more.
-    reach = local + MATE_SHARE * local[:, [2, 3, 0, 1]]
-    stolen = reach / (FINS_IN2 / 4.0 + reach)
+    # A leak between the two cylinders of a bank robs both, the nearer one far more.
+    reach = local + MATE_SHARE * local[:, _MATES]
+    stolen = reach / (FINS_IN2 / N_CYLINDERS + reach)
     heads = (
         (pressure**COOLING_EXPONENT)[:, None]
         * (1.0 - LOCAL_LOSS * stolen)

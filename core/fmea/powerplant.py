@@ -14,6 +14,7 @@ of them carry it and why):
 
 from typing import NamedTuple
 
+from core.cylinders import N_CYLINDERS
 from core.fmea.defects import DEFECT_SLICE
 
 LEAN_WORK_LOSS = 0.70
@@ -72,8 +73,8 @@ def engine_factors(d: list[float]) -> EngineFactors:
         leaked = d[valve] + d[charge_loss] + LEAN_WORK_LOSS * d[lean]
         undrawn += min(leaked, 1.0)
         lost += min(leaked + d[misfire], 1.0)
-    indicated = 1.0 - lost / 4.0
-    charge = 1.0 - UNDRAWN_SHARE * (undrawn / 4.0)
+    indicated = 1.0 - lost / N_CYLINDERS
+    charge = 1.0 - UNDRAWN_SHARE * (undrawn / N_CYLINDERS)
     return EngineFactors(
         throttle=(1.0 - d[_POWER_LOST]) * (1.0 + d[_CREEP]),
         work=max(indicated / charge, 0.05),

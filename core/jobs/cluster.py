@@ -1,26 +1,22 @@
 """Dask `distributed`: workers on this machine, or behind a scheduler elsewhere; the same to us.
 
-The one place that starts, reaches and closes Dask, and that turns its failures into `WorkerError`.
+Dask itself is started in `core.workers.pool` and reached in `core.workers.remote`.
 """
 
-import asyncio
 import logging
 import threading
 import time
 from concurrent.futures import Future as Promise
 
 from distributed import Client
-from distributed.comm.core import connect
-from distributed.utils import LoopRunner
 
 from core.errors import WorkerError
-from core.jobs.worker import HouseManners, WarmUp
+from core.jobs.worker import LocalWorkerSettings, WarmUp
 from core.workers.pool import START_S, LocalPool
+from core.workers.remote import remote_client
 from core.workers.scheduler import RemoteScheduler
 
 logger = logging.getLogger(__name__)
-
-CONNECT_TIMEOUT_S = 5.0
 
 _STALE_S = 5.0
 """What was seen longer ago than this says nothing of the time since."""
@@ -42,7 +38,7 @@ class Cluster:
         self._closed = False
         # A run whose worker died gets one more.
         self._local = (
-            None if scheduler else LocalPool(n_workers, [HouseManners()], allowed_failures=1)
+            None if scheduler else LocalPool(n_workers, [LocalWorkerSettings()], allowed_failures=1)
         )
         self._n_workers = n_workers
         self._looked_s = self._last_worker_s = time.monotonic()
@@ -115,14 +111,7 @@ class Cluster:
             client = self._local.client(timeout=START_S, direct_to_workers=True)
         else:
             assert self.scheduler is not None
-            _check_answers(self.scheduler)
-            client = Client(
-                self.scheduler.address,
-                security=self.scheduler.security(),
-                timeout=CONNECT_TIMEOUT_S,
-                set_as_default=False,
-                direct_to_workers=False,
-            )
+            client = remote_client(self.scheduler, direct_to_workers=False)
         return client, self._warm_up(client)
 
     def _warm_up(self, client: Client) -> Promise[None]:
@@ -151,32 +140,3 @@ class Cluster:
 
         threading.Thread(target=register, name="mirrortwin-warm-up", daemon=True).start()
         return promise
-
-
-def _check_answers(scheduler: RemoteScheduler) -> None:
-    """Raise `WorkerError` unless Dask answers there.
-
-    Before a `Client` is made: one that something else than Dask answers cannot even be closed.
-    """
-    address = scheduler.address
-    arguments = scheduler.security().get_connection_args("client")
-
-    async def connect_once() -> None:
-        # A timeout of our own: Dask waits for ever for a stranger's side of the handshake.
-        async with asyncio.timeout(CONNECT_TIMEOUT_S):
-            comm = await connect(address, timeout=CONNECT_TIMEOUT_S, **arguments)
-        comm.abort()
-
-    try:
-        LoopRunner().run_sync(connect_once)
-    except Exception as error:  # whatever it is that a stranger's answer leads to
-        also = (
-            ", check that its certificates and ours are of one CA"
-            if arguments["ssl_context"]
-            else ""
-        )
-        raise WorkerError(
-            f"no Dask scheduler answers at {address}: start one there by `dask scheduler`, correct "
-            f"the address (such as tcp://HOST:8786){also}, or leave --scheduler out to fly on this "
-            "machine"
-        ) from error

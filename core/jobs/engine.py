@@ -1,15 +1,13 @@
-"""The job engine: takes runs, has workers fly them, tells what happens, and stores what came."""
+"""The job engine: takes runs, has workers fly them, publishes their events, stores results."""
 
-import fcntl
 import logging
 import pickle
 import secrets
 import threading
 from collections import OrderedDict
 from collections.abc import Iterable
-from contextlib import suppress
 from functools import partial
-from typing import IO, TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING
 
 from distributed import CancelledError, Client, Future, KilledWorker
 from distributed.client import ClosedClientError
@@ -17,6 +15,7 @@ from distributed.client import ClosedClientError
 from core.diagnosis.diagnosis import Diagnosis
 from core.errors import InputError, StoreError, WorkerError
 from core.fmea.fault import Fault
+from core.jobs.answers import LOOK_S, WORKER_DIED, Answers, cancel
 from core.jobs.cluster import Cluster
 from core.jobs.events import (
     Cancelled,
@@ -32,6 +31,7 @@ from core.jobs.feed import Feed, Subscription
 from core.jobs.live import Control, checked_pace
 from core.jobs.submitted import Outcome, Submitted
 from core.jobs.worker import TOPIC, RunResult, diagnose_task, fly_task, fly_unseen_task, live_task
+from core.store.locks import claim
 from core.store.records import RunRecord
 from core.store.store import SERVER_STOPPED, RunStore
 from core.twin.actions import Action, commanded, in_order
@@ -45,10 +45,10 @@ if TYPE_CHECKING:  # it loads torch
 logger = logging.getLogger(__name__)
 
 MAX_ATTEMPTS = 2
-"""A run is begun at most this often, so that one that kills its worker does not kill them all."""
+"""Most attempts at a run, so that one that kills its worker does not kill them all."""
 
 RECENT_RUNS = 8
-"""Ended runs whose events are kept in memory; what came of all others is in the store."""
+"""Ended runs whose events are kept in memory; the results of all are in the store."""
 
 MAX_LIVE = 100
 """Live flights in the air at one time: each holds a thread and some memory of a worker."""
@@ -59,25 +59,15 @@ STORED = 0.97
 NO_WORKER_SAID_S = 5.0
 """After so long its page says that there is none."""
 
-LOOK_S = 1.0
-"""How often runs that wait look for a worker."""
-
-WORKER_DIED = (
-    "the worker flying this run died, and so did the next one that tried; the rest of the system "
-    "is fine. Press Run again; if it happens again, is the machine out of memory?"
-)
 CONNECTION_LOST = "the connection to the Dask scheduler broke during this run; press Run again"
-NO_WORKER = "no worker could be had for {:g} s ({}); press Run again"
 BROKEN = "the worker could not fly this run because of a fault in the program: {}"
-
-_Answer = TypeVar("_Answer", RunResult, Diagnosis)
 
 
 class Engine:
     """Flies runs on Dask workers and stores them. Thread-safe.
 
     `submit`, `retry` and `cancel` take some milliseconds (an SQLite commit, a message to Dask), or
-    up to `core.jobs.cluster.CONNECT_TIMEOUT_S` after a remote scheduler was lost: on an event loop
+    up to `CONNECT_TIMEOUT_S` after a remote scheduler was lost: on an event loop
     call them by ``asyncio.to_thread``. `wait` blocks. All else returns at once.
     """
 
@@ -96,10 +86,11 @@ class Engine:
         self.store = store
         self._no_worker_s = no_worker_s
         self._cluster = Cluster(scheduler, n_workers)
+        self._answers = Answers(self._cluster, no_worker_s)
         self._lock = threading.RLock()
         self._runs: OrderedDict[str, Submitted] = OrderedDict()
         self._closing = False
-        self._claim = _claim(store)
+        self._claim = claim(store.root, store.fail_unfinished)
         self._closed = threading.Event()
         threading.Thread(target=self._look, name="mirrortwin-look", daemon=True).start()
 
@@ -125,7 +116,7 @@ class Engine:
     def act(self, run_id: str, action: Action) -> None:
         """Do something during a live flight: at its time, or now if that has passed.
 
-        It is stored before the worker hears of it; an Acted event follows. Raises `InputError` if
+        It is stored before it is sent to the worker; an Acted event follows. Raises `InputError` if
         the run is not in the air or ends before, `StoreError`.
         """
         with self._lock:
@@ -144,7 +135,7 @@ class Engine:
     def retry(self, run_id: str) -> None:
         """Fly a failed or cancelled run again under its own name.
 
-        Subscribe anew to see it. Raises `InputError` if it is done or still being flown,
+        Subscribe again to see it. Raises `InputError` if it is done or still being flown,
         `StoreError` or `WorkerError`.
         """
         client = self._cluster.client()
@@ -169,7 +160,7 @@ class Engine:
             if live is None or future is None:
                 return
             live.is_cancelled = True
-        _cancel(future)
+        cancel(future)
 
     def diagnose(self, run_id: str, residual: "Residual") -> Diagnosis:
         """The diagnosis of a stored run, its residuals formed in one way or another.
@@ -179,24 +170,15 @@ class Engine:
         """
         record = self.store.get(run_id)
         pair = self.store.load_pair(run_id)
-        return self._answer(
-            self._cluster.client().submit(
-                diagnose_task,
-                pair,
-                commanded(record.plan, record.actions),
-                residual,
-                record.actions,
-                pure=False,
-                priority=10,
-            )
-        )
+        plan = commanded(record.plan, record.actions)
+        return self._answers.wait_for(diagnose_task, pair, plan, residual, record.actions)
 
     def fly_unseen(self, plan: Plan, fault: Fault) -> RunResult:
-        """Fly a run that leaves no record and of which no event tells.
+        """Fly a run without a record and without events.
 
         Blocks for a second or two. Raises `WorkerError` saying why it could not be flown.
         """
-        return self._answer(self._cluster.client().submit(fly_unseen_task, plan, fault, pure=False))
+        return self._answers.wait_for(fly_unseen_task, plan, fault, priority=0)
 
     def history(self, run_id: str) -> list[Event]:
         """Every event so far, from the last Started on if a worker died.
@@ -227,7 +209,7 @@ class Engine:
             unfinished = [live for live in self._runs.values() if live.feed.final is None]
         for live in unfinished:
             if live.future is not None:
-                _cancel(live.future)
+                cancel(live.future)
         for live in unfinished:
             live.feed.wait(timeout=5)
         self._cluster.close()
@@ -286,22 +268,22 @@ class Engine:
                 await live.future.cancel()
             return
         with self._lock:
-            live.feed.append(live.heard(pickle.loads(pickled)))
+            live.feed.append(live.note_event(pickle.loads(pickled)))
 
     def _begin(self, live: Submitted, address: str, start: str) -> bool:
-        """Note that a worker has begun the run; False if that is once too often."""
+        """Note that a worker has started the run; False if that is one attempt too many."""
         with self._lock:
             attempt = live.record.attempts + 1
             if live.feed.final is not None or attempt > MAX_ATTEMPTS:
-                live.is_worn_out = True
+                live.attempts_exhausted = True
                 return False
             live.change(status="running", attempts=attempt)
             event = Started(live.record.id, attempt)
             live.is_unmanned = False
-            begun = live.feed.append(event) if attempt == 1 else live.feed.restart(event)
-            if begun:
-                live.take_off(address, start)
-            return begun
+            is_open = live.feed.append(event) if attempt == 1 else live.feed.restart(event)
+            if is_open:
+                live.assign_worker(address, start)
+            return is_open
 
     def _look(self) -> None:
         """Have no run wait for a worker without a word, or for ever; on a thread of its own."""
@@ -310,9 +292,9 @@ class Engine:
                 waiting = [live for live in self._runs.values() if live.future is not None]
             without_s = self._cluster.without_workers_s() if waiting else 0.0
             for live in waiting:
-                self._tell_of_workers(live, without_s)
+                self._report_missing_workers(live, without_s)
 
-    def _tell_of_workers(self, live: Submitted, without_s: float) -> None:
+    def _report_missing_workers(self, live: Submitted, without_s: float) -> None:
         with self._lock:
             future = live.future
             if future is None:
@@ -328,14 +310,10 @@ class Engine:
                 live.feed.append(Progress(live.record.id, stage, 0.0))
             live.is_given_up = without_s > self._no_worker_s
         if live.is_given_up:
-            _cancel(future)
-
-    @property
-    def _no_worker(self) -> str:
-        return NO_WORKER.format(self._no_worker_s, self._cluster.no_worker_hint)
+            cancel(future)
 
     def _settle(self, live: Submitted, future: Future[Outcome]) -> None:
-        """Store what came of a run; called on Dask's callback thread, one run at a time."""
+        """Store the outcome of a run; called on Dask's callback thread, one run at a time."""
         run_id = live.record.id
         final: FinalEvent
         try:
@@ -379,27 +357,11 @@ class Engine:
         if live.is_cancelled:
             return Cancelled(run_id)
         if live.is_given_up:
-            return Failed(run_id, self._no_worker, retryable=True)
-        if live.is_worn_out:
+            return Failed(run_id, self._answers.no_worker, retryable=True)
+        if live.attempts_exhausted:
             return Failed(run_id, WORKER_DIED, retryable=True)
         message = SERVER_STOPPED if self._closing else CONNECTION_LOST
         return Failed(run_id, message, retryable=True)
-
-    def _answer(self, future: Future[_Answer | Failed]) -> _Answer:
-        """What a task came to; raises `WorkerError` saying why it came to nothing."""
-        done = threading.Event()
-        future.add_done_callback(lambda _: done.set())
-        while not (done.wait(LOOK_S) or future.done()):
-            if self._cluster.without_workers_s() > self._no_worker_s:
-                _cancel(future)
-                raise WorkerError(self._no_worker)
-        try:
-            outcome = future.result()
-        except (CancelledError, KilledWorker):
-            raise WorkerError(WORKER_DIED) from None
-        if isinstance(outcome, Failed):
-            raise WorkerError(outcome.message)
-        return outcome
 
     def _record(self, run_id: str) -> RunRecord:
         live = self._runs.get(run_id)
@@ -414,12 +376,6 @@ class Engine:
         return feed
 
 
-def _cancel(future: Future[Any]) -> None:
-    # A client that has closed raises; what it held is seen to by `Engine._look`.
-    with suppress(RuntimeError):
-        future.cancel()
-
-
 def _end_of(record: RunRecord) -> FinalEvent:
     if record.status == "done":
         return Finished(record.id)
@@ -429,24 +385,3 @@ def _end_of(record: RunRecord) -> FinalEvent:
         return Failed(record.id, record.error or "this run failed", retryable=True)
     message = "another server is flying this run; reload the page when it is done"
     return Failed(record.id, message, retryable=False)
-
-
-def _claim(store: RunStore) -> IO[str] | None:
-    """Hold a share of the store's lock for as long as this process lives.
-
-    Who finds it free knows that every unfinished run was left by a process that has stopped.
-    """
-    try:
-        lock = (store.root / "engine.lock").open("a")
-    except OSError:  # a read-only store: nothing can be marked
-        return None
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        store.fail_unfinished()
-    except BlockingIOError:
-        logger.info("another process flies runs of the store %s", store.root)
-    except (OSError, StoreError) as error:
-        logger.warning("runs that an earlier server left unfinished stay so: %s", error)
-        return lock
-    fcntl.flock(lock, fcntl.LOCK_SH)
-    return lock

@@ -10,15 +10,12 @@ import time
 from dataclasses import dataclass, field
 from typing import Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
+from core.arrays import Array32
 from core.diagnosis.diagnosis import Diagnosis
 from core.jobs.extremes import none_yet
 from core.report.grounded import GroundedReport
 from core.twin.actions import Action
 
-Array32 = NDArray[np.float32]
 Stage = Literal["waiting", "no_worker", "flying", "diagnosing", "reporting", "storing"]
 
 SAMPLE_STRIDE = 10
@@ -27,7 +24,7 @@ SAMPLE_STRIDE = 10
 
 @dataclass(frozen=True, slots=True)
 class Started:
-    """A worker has begun; ``attempt`` counts from 1."""
+    """A worker has started; ``attempt`` counts from 1."""
 
     run_id: str
     attempt: int
@@ -44,7 +41,7 @@ class Progress:
 
 @dataclass(frozen=True, slots=True)
 class Paced:
-    """A live flight goes at that pace: seconds of it in one, infinite for as fast as it goes."""
+    """A live flight goes at that pace: seconds of it in one, infinite for as fast as possible."""
 
     run_id: str
     pace: float

@@ -5,13 +5,11 @@ as flown, time and both readings, so that what is drawn of them was all there at
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from core.arrays import Array32
 from core.channels import N_CHANNELS
 from core.clock import DT_S
 from core.twin.trajectory import Pair
-
-Array32 = NDArray[np.float32]
 
 PER_BUCKET = 6
 """Samples kept of a bucket: the least and the greatest of three lines."""

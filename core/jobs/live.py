@@ -11,18 +11,20 @@ import threading
 import time
 from collections.abc import Callable, Generator
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 from core.clock import DT_S
 from core.errors import InputError
-from core.fmea.fault import Fault
 from core.jobs.events import SAMPLE_STRIDE, Acted, Samples
 from core.twin.actions import Action, in_order
 from core.twin.plan import Plan
 from core.twin.trajectory import Pair
 
+if TYPE_CHECKING:  # it loads JSBSim, for which the server has no use
+    from core.twin.flight import PairFlight
+
 PACES: tuple[float, ...] = (1.0, 10.0, 60.0, math.inf)
-"""Seconds of flight in one of ours; infinite is as fast as it goes."""
+"""Simulated seconds per wall-clock second; infinite is as fast as possible."""
 
 PERIOD_S = 0.2
 """How often a paced flight goes on, if that is at least a streamed sample further."""
@@ -76,14 +78,14 @@ class Control:
     is_paused: bool = False
     flown_s: float = 0.0
     address: str = ""
-    """The worker that flies it; none has begun where this is empty."""
+    """The worker that flies it; empty before there is one."""
     start: str = ""
     _number: int = 0
     _taken: int = 0
     _resume_s: float = 0.0
 
-    def begun(self, address: str, start: str) -> None:
-        """A worker has begun, perhaps in the place of a dead one.
+    def assign(self, address: str, start: str) -> None:
+        """Note the worker that flies it from now on, perhaps in the place of a dead one.
 
         What the dead one was asked to do and had not begun happens now, not before what was seen.
         """
@@ -93,12 +95,12 @@ class Control:
         self.actions = seen + tuple(self._not_before_now(action) for action in unseen)
         self._taken = 0
 
-    def heard(self, samples: Samples) -> None:
+    def note_samples(self, samples: Samples) -> None:
         """Note how far the flight has come; less, while it is flown there again."""
         self.flown_s = max(self.flown_s, round(float(samples.time_s[-1]) + _SAMPLE_S, 1))
 
-    def taken(self, acted: Acted) -> bool:
-        """Note at what times the worker does what; whether that is news."""
+    def note_actions(self, acted: Acted) -> bool:
+        """Note at what times the worker applies which actions; whether anything changed."""
         known, self._taken = self.actions, len(acted.actions)
         self.actions = acted.actions + known[self._taken :]
         return self.actions != known
@@ -125,7 +127,7 @@ class Inbox:
     """Where the orders for one live flight arrive, in the process that flies it."""
 
     def __init__(self, start: str) -> None:
-        """For the flight begun under that name; to be used as a context."""
+        """For the flight started under that name; to be used as a context."""
         self._start = start
         self._came = threading.Condition()
         self._orders: Orders | None = None
@@ -178,23 +180,20 @@ class LiveFlight:
 
     def __init__(
         self,
-        plan: Plan,
-        fault: Fault,
+        flight: "PairFlight",
         inbox: Inbox,
-        tell: Callable[[tuple[Action, ...]], None],
-        stay: Callable[[], None],
+        report_actions: Callable[[tuple[Action, ...]], None],
+        check_wanted: Callable[[], None],
     ) -> None:
-        """Trim both aircraft; raises `InputError` or `FlightError`.
+        """Fly ``flight``, which is live, by the orders that arrive in ``inbox``.
 
-        ``tell`` hears what is done when; ``stay`` is called while the flight waits, and raises to
-        end it.
+        ``report_actions`` is called with all actions and their times when there are new ones;
+        ``check_wanted`` is called while the flight waits, and raises to end it.
         """
-        # Here and not above: the server imports this module too, and has no use for JSBSim.
-        from core.twin.flight import PairFlight
-
         self.actions: tuple[Action, ...] = ()
-        self._flight = PairFlight(plan, fault, live=True)
-        self._inbox, self._tell, self._stay = inbox, tell, stay
+        self._flight = flight
+        self._inbox = inbox
+        self._report_actions, self._check_wanted = report_actions, check_wanted
         self._due_s: float | None = None
 
     def blocks(self) -> Generator[tuple[Pair, float]]:
@@ -203,22 +202,22 @@ class LiveFlight:
             orders = self._inbox.orders
             wait_s = STAY_S if orders is None else self._wait_s(orders)
             if orders is not None:
-                self._obey(orders)
+                self._apply_actions(orders)
             if orders is None or wait_s > 0.0:
                 self._inbox.wait(min(wait_s, STAY_S), orders)
-                self._stay()
+                self._check_wanted()
                 continue
             with _turn:  # until the next block is asked for: what comes of this one is in it
                 block = self._flight.advance(self._step_s(orders))
                 assert block is not None  # there was something left to fly
                 yield block, self._flight.progress
 
-    def _obey(self, orders: Orders) -> None:
-        """Do what has been asked for since; times that have passed become now."""
+    def _apply_actions(self, orders: Orders) -> None:
+        """Apply the actions ordered since the last time; times that have passed become now."""
         new = orders.actions[len(self.actions) :]
         if new:
             self.actions += tuple(map(self._flight.act, new))
-            self._tell(self.actions)
+            self._report_actions(self.actions)
 
     def _wait_s(self, orders: Orders) -> float:
         """How long the next block is not to be flown yet."""

@@ -1,4 +1,4 @@
-"""One run that this process has submitted: where it stands, and what was ordered of it."""
+"""A submitted run: its record, its events, and the pending orders of a live flight."""
 
 import logging
 from collections.abc import Iterable
@@ -37,7 +37,7 @@ class Submitted:
     future: Future[Outcome] | None = None
     start: str = ""
     is_cancelled: bool = False
-    is_worn_out: bool = False
+    attempts_exhausted: bool = False
     is_unmanned: bool = False
     """Whether its page says that there is no worker."""
     is_given_up: bool = False
@@ -63,7 +63,7 @@ class Submitted:
         actions = self.control.with_action(action)
         self.store.save_actions(self.record.id, actions)
         self.control.actions = actions
-        self._told(actions)
+        self._announce(actions)
         self._send(self.control)
 
     def steer(self, pace: float | None, is_paused: bool | None) -> None:
@@ -76,36 +76,36 @@ class Submitted:
         self.feed.append(Paced(self.record.id, self.control.pace, self.control.is_paused))
         self._send(self.control)
 
-    def take_off(self, address: str, start: str) -> None:
-        """A worker has begun; tell it, and the page, what has been ordered of a live flight."""
+    def assign_worker(self, address: str, start: str) -> None:
+        """Note the worker that flies it; send it, and the page, the orders of a live flight."""
         self.start = start
         control = self.control
         if control is None:
             return
-        control.begun(address, start)
+        control.assign(address, start)
         self.feed.append(Paced(self.record.id, control.pace, control.is_paused))
         if control.actions:
             self.keep(control.actions)
         self._send(control)
 
-    def heard(self, event: Event) -> Event:
-        """Note what the worker tells; returns what to tell the page."""
+    def note_event(self, event: Event) -> Event:
+        """Note an event of the worker's; returns the event for the page."""
         control = self.control
         if control is not None and isinstance(event, Samples):
-            control.heard(event)
+            control.note_samples(event)
         if control is not None and isinstance(event, Acted):
-            if control.taken(event):
+            if control.note_actions(event):
                 self._store(control.actions)
             self.record = replace(self.record, actions=control.actions)
             return Acted(event.run_id, control.actions)
         return event
 
     def keep(self, actions: tuple[Action, ...]) -> None:
-        """Store what really is done on the way, and tell the page."""
+        """Store the actions as they are flown, and send them to the page."""
         self._store(actions)
-        self._told(actions)
+        self._announce(actions)
 
-    def _told(self, actions: tuple[Action, ...]) -> None:
+    def _announce(self, actions: tuple[Action, ...]) -> None:
         self.record = replace(self.record, actions=actions)
         self.feed.append(Acted(self.record.id, actions))
 

@@ -1,4 +1,4 @@
-"""What a worker does with a run: fly the pair, diagnose it as it goes, write the report."""
+"""The tasks of a worker: fly the pair, diagnose it meanwhile, write the report."""
 
 import asyncio
 import os
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from distributed import Worker, WorkerPlugin, get_worker, secede
 
+from core.arrays import Array32
 from core.clock import DT_S
 from core.diagnosis.diagnosis import Diagnosis
 from core.errors import MirrorTwinError
@@ -30,7 +31,7 @@ from core.jobs.events import (
     Reported,
     Samples,
 )
-from core.jobs.extremes import Array32, Seconds
+from core.jobs.extremes import Seconds
 from core.jobs.live import Inbox, LiveFlight
 from core.report.grounded import GroundedReport
 from core.twin.actions import Action, done_by, in_order
@@ -47,7 +48,7 @@ FLOWN = 0.9
 """The share of a run's progress that flying takes; diagnosis and report are quick."""
 
 NICENESS = 5
-"""How far a worker of the server's own stands back for the server and the browser."""
+"""Niceness of local workers, so that server and browser get the CPU first."""
 
 TOPIC = "mirrortwin-runs"
 """The Dask event topic of all runs. One for all, because a scheduler never forgets a topic."""
@@ -60,7 +61,7 @@ _WARM_UP_FAULT = Fault("baffle_crack", onset_s=10.0)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RunResult:
-    """What a run comes to; ``actions`` are those that took effect before its end."""
+    """Result of a run; ``actions`` are those that took effect before its end."""
 
     pair: Pair
     diagnosis: Diagnosis
@@ -90,7 +91,7 @@ def _followed(
     emit: Emit,
     actions: Callable[[], tuple[Action, ...]],
 ) -> RunResult:
-    """What a flight comes to that goes on as it likes: blocks, and the share of it flown.
+    """Follow a flight given as blocks, each with the share flown by its end, to its result.
 
     ``actions`` gives what was asked for on the way, once it is over; what came after its end, on
     the ground, was not done.
@@ -123,10 +124,10 @@ def _followed(
 
 
 class _Line:
-    """From the Dask task ``key`` to whoever listens to `TOPIC`, for as long as it is wanted.
+    """The line from the Dask task ``key`` to the listeners of `TOPIC`, for as long as it is wanted.
 
     Each message is (run id, key, worker's address, start, pickled event); ``start`` differs every
-    time that a task is begun, so that whoever listens can tell a second attempt from the first.
+    time that a task starts, so that a second attempt can be told from the first.
     """
 
     def __init__(self, key: str, run_id: str) -> None:
@@ -134,14 +135,14 @@ class _Line:
         self.start = secrets.token_hex(8)
 
     def emit(self, event: Event) -> None:
-        self.stay()
+        self.check_wanted()
         # Not 5: arrays would come back as views, each two objects more to look through for garbage.
         pickled = pickle.dumps(event, protocol=4)
         self._worker.log_event(
             TOPIC, (self._run_id, self._key, self._worker.address, self.start, pickled)
         )
 
-    def stay(self) -> None:
+    def check_wanted(self) -> None:
         """Raise if the run is no longer wanted."""
         # Dask does not interrupt a running task, but tells its worker that nobody wants it any
         # more: on cancel, and also when the server that asked for it is gone.
@@ -172,18 +173,23 @@ def fly_task(
 
 
 def live_task(key: str, run_id: str, plan: Plan, fault: Fault) -> RunResult | Failed | Cancelled:
-    """A live flight as the Dask task ``key``: it waits for orders, and does as it is told.
+    """A live flight as the Dask task ``key``: it flies by the orders that it gets.
 
     It leaves its place among the worker's threads, since it mostly waits: a worker flies many live
     flights, and whole runs between their steps.
     """
+    from core.twin.flight import PairFlight
+
     line = _Line(key, run_id)
 
     def fly() -> RunResult:
         with Inbox(line.start) as inbox:
             line.emit(Progress(run_id, "flying", 0.0))  # the server answers with orders
             flight = LiveFlight(
-                plan, fault, inbox, lambda done: line.emit(Acted(run_id, done)), line.stay
+                PairFlight(plan, fault, live=True),
+                inbox,
+                lambda done: line.emit(Acted(run_id, done)),
+                line.check_wanted,
             )
             with closing(flight.blocks()) as blocks:
                 return _followed(
@@ -246,15 +252,15 @@ def _warm_up() -> None:
         fly_run("warm-up", _WARM_UP_PLAN, _WARM_UP_FAULT, lambda event: None)
 
 
-class HouseManners(WorkerPlugin):
-    """How a worker behaves that shares the server's terminal and machine.
+class LocalWorkerSettings(WorkerPlugin):
+    """Settings of a worker that shares the server's terminal and machine.
 
     It leaves Ctrl-C to the server, which then closes its workers in good order, and lets the
     server and the browser go first: a flight never holds up the screen that shows it. A worker
     started by hand must heed Ctrl-C itself, and has a machine of its own.
     """
 
-    name = "mirrortwin-house-manners"
+    name = "mirrortwin-local-worker"
 
     def setup(self, worker: Worker) -> None:
         """Called by Dask on the worker's main thread."""

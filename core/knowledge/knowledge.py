@@ -4,13 +4,12 @@ Paper section 5.2 asks for exactly this structure behind the report. The text is
 ``assets/fmea/knowledge.toml``; ids, names and ratings come from the catalogue, which alone holds
 them. Everything is checked on load, so that whoever reads a `ModeKnowledge` may rely on it.
 
-A channel of the knowledge base is either one of the 23 (``"E1 OilT"``) or a group of probes as
+A channel of the knowledge base is either logged (``"E1 OilT"``) or a group of probes as
 seen from the affected cylinder (``"CHT target"``, ``"EGT others"``); `resolve` turns either into
-channel names. The groups are those of `CYLINDER_GROUPS`.
+channel names. The groups are those of `core.cylinders.GROUPS`.
 """
 
 import math
-import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -18,8 +17,10 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal, get_args
 
-from core.channels import CHANNEL_INDEX, CYLINDERS, cht_name, egt_name
+from core.channels import CHANNEL_INDEX, cht_name, egt_name
+from core.cylinders import CYLINDERS, GROUPS
 from core.errors import InputError
+from core.files import read_toml
 from core.fmea.catalogue import Mode, catalogue
 from core.paths import DATA
 
@@ -28,46 +29,32 @@ Sign = Literal["+", "-", "0", "~"]
 
 SIGNS: tuple[Sign, ...] = get_args(Sign)
 
-_MATE = {1: 3, 2: 4, 3: 1, 4: 2}
-_ACROSS = {1: 2, 2: 1, 3: 4, 4: 3}
+_FIXED_GROUPS = frozenset(
+    name for name, group in GROUPS.items() if len({frozenset(group(c)) for c in CYLINDERS}) == 1
+)
+"""Groups that are the same cylinders whichever one is hit."""
 
-CYLINDER_GROUPS: dict[str, Callable[[int], set[int]]] = {
-    "target": lambda c: {c},
-    "mate": lambda c: {_MATE[c]},
-    "across": lambda c: {_ACROSS[c]},
-    "diagonal": lambda c: {_ACROSS[_MATE[c]]},
-    "bank": lambda c: {c, _MATE[c]},
-    "other bank": lambda c: {_ACROSS[c], _ACROSS[_MATE[c]]},
-    "others": lambda c: set(CYLINDERS) - {c},
-    "front": lambda c: {1, 2},
-    "rear": lambda c: {3, 4},
-    "all": lambda c: set(CYLINDERS),
-}
-"""The cylinders that a group name means, seen from cylinder ``c`` (1 right front, 2 left front,
-3 right rear, 4 left rear). "mate" shares the bank, "across" the end of the engine."""
-
-_FIXED_GROUPS = ("front", "rear", "all")
 _PROBES: dict[str, Callable[[int], str]] = {"CHT": cht_name, "EGT": egt_name}
 
 
 def resolve(channel: str, cylinder: int) -> tuple[str, ...]:
-    """The channel names meant by ``channel`` when ``cylinder`` (1-4) is hit, in cylinder order.
+    """The channel names meant by ``channel`` when ``cylinder`` is hit, in cylinder order.
 
     >>> resolve("CHT mate", 2)
     ('E1 CHT4',)
 
-    Raises `InputError` for anything but one of the 23 channels or a known group.
+    Raises `InputError` for anything but a channel or a known group.
     """
     if channel in CHANNEL_INDEX:
         return (channel,)
     probe, _, group = channel.partition(" ")
-    if probe not in _PROBES or group not in CYLINDER_GROUPS:
-        groups = ", ".join(CYLINDER_GROUPS)
+    if probe not in _PROBES or group not in GROUPS:
+        groups = ", ".join(GROUPS)
         raise InputError(
             "channel",
-            f"{channel!r} is neither one of the 23 channels nor CHT or EGT with one of {groups}",
+            f"{channel!r} is neither a channel nor CHT or EGT with one of {groups}",
         )
-    return tuple(_PROBES[probe](member) for member in sorted(CYLINDER_GROUPS[group](cylinder)))
+    return tuple(_PROBES[probe](member) for member in sorted(GROUPS[group](cylinder)))
 
 
 def depends_on_cylinder(channel: str) -> bool:
@@ -152,7 +139,7 @@ class ModeKnowledge:
     ata: str
     records: str
     usual_cylinder: int | None
-    cylinder_share: tuple[float, float, float, float]
+    cylinder_share: tuple[float, ...]
 
     @property
     def rpn(self) -> int:
@@ -186,12 +173,7 @@ def tell_apart(one: str, other: str) -> str | None:
 
 def read_knowledge(path: Path) -> Mapping[str, ModeKnowledge]:
     """Read and validate a knowledge file; raises `InputError` naming mode and field."""
-    try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError("knowledge", f"cannot read {path}: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError("knowledge", f"{path} is not TOML: {error}") from None
+    tables = read_toml(path, "knowledge")
     modes = catalogue()
     for mode_id in modes:
         if mode_id not in tables:

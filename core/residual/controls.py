@@ -8,10 +8,10 @@ for it.
 
 import numpy as np
 
+from core.arrays import Array32
 from core.clock import STEPS_PER_TICK
 from core.twin.pilot import Pilot, Targets
 from core.twin.plan import Plan
-from core.twin.trajectory import Array32
 
 CONTROL_NAMES: tuple[str, ...] = ("altitude_ft", "speed_kt", "turn_deg", "mixture")
 """Target altitude, target speed, target heading relative to the first one (-180 to 180), lever."""

@@ -17,6 +17,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular, toeplitz
 
+from core.arrays import Array
 from core.channels import CHANNELS, N_CHANNELS
 from core.residual.healthy import (
     STEP_S,
@@ -27,7 +28,6 @@ from core.residual.healthy import (
     gustiness,
     rotated,
 )
-from core.twin.trajectory import Array
 
 BLOCK_STEPS = 120
 """A test looks back over at most 10 minutes; blocks overlap by half, so that every onset lies well

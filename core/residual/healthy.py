@@ -24,19 +24,18 @@ from typing import Any, Literal, Self
 import numpy as np
 from scipy.optimize import nnls
 
+from core.arrays import Array, Array32
 from core.channels import (
     CHANNEL_INDEX,
     CHANNELS,
-    CYLINDERS,
     N_CHANNELS,
-    Channel,
     cht_name,
     egt_name,
 )
 from core.clock import DT_S
+from core.cylinders import CYLINDERS
 from core.errors import MirrorTwinError
 from core.paths import MODELS
-from core.twin.trajectory import Array, Array32
 
 NAME = "field-healthy"
 FORMAT = 1
@@ -77,12 +76,7 @@ KINDS: tuple[Kind, ...] = ("cruise", "manoeuvres")
 _MAD_TO_SD = 1.4826
 
 
-def sensor_sd(channel: Channel) -> float:
-    """Standard deviation of one healthy reading: white noise and slow wander together."""
-    return math.hypot(channel.noise_sd, channel.wander_sd)
-
-
-SENSOR_SD = np.array([sensor_sd(channel) for channel in CHANNELS])
+SENSOR_SD = np.array([channel.sigma for channel in CHANNELS])
 
 
 def rotated(values: Array | Array32) -> Array:
@@ -179,8 +173,8 @@ class HealthyResidual:
             group = groups.setdefault((KINDS.index(kind), level), [])
             group.append((math.log(gustiness(means)), _variogram(rotated(means))))
         levels = sorted({level for _, level in groups})
-        roughness = np.empty((len(KINDS), len(levels)))
-        variances = np.empty((*roughness.shape, N_CHANNELS, 1 + len(TAUS_S)))
+        roughness = np.full((len(KINDS), len(levels)), np.nan)
+        variances = np.full((*roughness.shape, N_CHANNELS, 1 + len(TAUS_S)), np.nan)
         for (kind_row, level), group in groups.items():
             row = kind_row, levels.index(level)
             roughness[row] = math.exp(np.mean([log_roughness for log_roughness, _ in group]))
@@ -247,7 +241,7 @@ def change_sd(process: Array, mean_steps: int, n: int) -> Array:
     """
     triangle = np.convolve(np.ones(mean_steps), np.ones(mean_steps)) / mean_steps**2
     reach = mean_steps - 1
-    spread = np.empty((n, N_CHANNELS))
+    spread = np.full((n, N_CHANNELS), np.nan)
     for column, variances in enumerate(process):
         lagged = covariance(variances, n + mean_steps + 1)
         both_ways = np.concatenate([lagged[:0:-1], lagged])  # from -(n + mean_steps) on

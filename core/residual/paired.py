@@ -5,7 +5,7 @@ The subtraction itself is `core.twin.trajectory.Pair.residual`; here is what it 
 
 import numpy as np
 
-from core.twin.trajectory import Array32
+from core.arrays import Array32
 
 
 def first_departure(residual: Array32) -> int | None:

@@ -20,13 +20,12 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from core.arrays import Array32
 from core.channels import CHANNELS, N_CHANNELS
-from core.errors import MirrorTwinError
-from core.model_card import Card
+from core.model_card import Card, unreadable
 from core.residual.controls import CONTROL_CENTRE, CONTROL_SCALE
 from core.residual.gru import N_INPUTS, GruNetwork, no_state
 from core.residual.window import STRIDE_STEPS, WINDOW_STEPS
-from core.twin.trajectory import Array32
 
 CHUNK = STRIDE_STEPS
 WARM = 125
@@ -76,20 +75,16 @@ class Surrogate:
                 name: np.asarray(card["constants"][name], dtype=np.float32)
                 for name in ("channel_mean", "channel_sd", "residual_sd", "usual")
             }
-            told = json.dumps([card["weights_sha256"], card["constants"]])
+            identity = json.dumps([card["weights_sha256"], card["constants"]])
             return cls(
                 name=card["name"],
                 conditions=card["conditions"],
-                fingerprint=hashlib.sha256(told.encode()).hexdigest()[:12],
+                fingerprint=hashlib.sha256(identity.encode()).hexdigest()[:12],
                 network=network.eval(),
                 **constants,
             )
         except (KeyError, TypeError, ValueError, RuntimeError) as error:
-            told = str(error).splitlines()[0] if str(error) else ""
-            raise MirrorTwinError(
-                f"model {card.get('name', '?')}: its card is not one that this version can read "
-                f"({type(error).__name__}: {told}); train it again with `mirrortwin train`"
-            ) from None
+            raise unreadable(card, error) from None
 
     @property
     def divisor(self) -> Array32:
@@ -98,7 +93,7 @@ class Surrogate:
 
     def inputs(self, channels: Array32, controls: Array32) -> Array32:
         """(n, 27) network inputs from (n, 23) readings and (n, 4) commands."""
-        inputs = np.empty((len(channels), N_INPUTS), dtype=np.float32)
+        inputs = np.full((len(channels), N_INPUTS), np.nan, dtype=np.float32)
         inputs[:, :N_CHANNELS] = (channels - self.channel_mean) / self.channel_sd
         inputs[:, N_CHANNELS:] = (controls - CONTROL_CENTRE) / CONTROL_SCALE
         return inputs
@@ -171,7 +166,7 @@ class SurrogateStream:
     def push(self, channels: Array32, controls: Array32) -> Array32:
         """The normalised and smoothed residual of the next rows, (k, 23), its baseline still in."""
         inputs = torch.from_numpy(self._surrogate.inputs(channels, controls))
-        departed = np.empty((len(inputs), N_CHANNELS), dtype=np.float32)
+        departed = np.full((len(inputs), N_CHANNELS), np.nan, dtype=np.float32)
         done = 0
         while done < len(inputs):
             # Up to where a state is due to start or to take over: both lie a row before the chunk.

@@ -10,6 +10,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from core.arrays import Array32
 from core.channels import CHANNEL_NAMES, N_CHANNELS
 from core.checks import checked_number
 from core.clock import LONGEST_S
@@ -29,12 +30,9 @@ from core.residual.surrogate import (
     WARM,
     Surrogate,
 )
+from core.seeds import SURROGATE_SEED
 from core.twin.flight import fly
 from core.twin.plan import Conditions, Plan
-from core.twin.trajectory import Array32
-
-FIRST_SEED = 1_500_000_000
-"""Seed of the first healthy flight: the data set's begin at 1,000,000,000 (assets/dataset.toml)."""
 
 COLD_STEPS = 25
 """Predictions of a network that has seen less than half a second do not count in the loss."""
@@ -99,9 +97,9 @@ Flight = tuple[Array32, Array32]
 
 
 def nominal_flights(settings: SurrogateSettings, first: int, number: int) -> list[Flight]:
-    """Healthy flights with the seeds ``FIRST_SEED + first`` and on, from the paper's cruise box."""
+    """Healthy flights from the paper's cruise box, with seeds from ``SURROGATE_SEED + first``."""
     flights = []
-    for seed in range(FIRST_SEED + first, FIRST_SEED + first + number):
+    for seed in range(SURROGATE_SEED + first, SURROGATE_SEED + first + number):
         sampled = Plan.sampled(seed, duration_s=settings.duration_s)
         plan = replace(sampled, conditions=settings.conditions)
         channels = fly(plan).channels
@@ -150,10 +148,10 @@ def train_surrogate(
         "data": {
             "flights": "healthy only, from the cruise box of the data set",
             "seeds": {
-                "train": [FIRST_SEED, FIRST_SEED + settings.flights - 1],
+                "train": [SURROGATE_SEED, SURROGATE_SEED + settings.flights - 1],
                 "held_out": [
-                    FIRST_SEED + settings.flights,
-                    FIRST_SEED + settings.flights + settings.held_out - 1,
+                    SURROGATE_SEED + settings.flights,
+                    SURROGATE_SEED + settings.flights + settings.held_out - 1,
                 ],
             },
         },

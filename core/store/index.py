@@ -8,14 +8,20 @@ import errno
 import logging
 import os
 import sqlite3
-from contextlib import suppress
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
-from core.errors import StoreError
+from core.errors import DiskFullError, StoreError
 
 logger = logging.getLogger(__name__)
+
+HOME_VARIABLE = "MIRRORTWIN_HOME"
+"""The environment variable that names the folder of the run store."""
 
 SCHEMA_VERSION = 3
 BUSY_TIMEOUT_S = 5.0
@@ -89,6 +95,90 @@ def open_index(root: Path) -> Opened:
     if root.exists() and not root.is_dir():
         raise StoreError(f"the run store {root} is a file, not a folder")
     return Opened(_readable_index(path), reason, is_full)
+
+
+class Index:
+    """The open index of a store: what reads it and writes it, and SQLite's errors in our words.
+
+    Thread-safe by its ``lock``. ``set_aside``: where the damaged index is that this one replaces.
+    """
+
+    def __init__(self, root: Path) -> None:
+        """Open it, writable if it can be (see `open_index`); raises `StoreError`."""
+        self.root = root
+        self.lock = threading.RLock()
+        self.connection: sqlite3.Connection
+        self.read_only_reason: str | None
+        self._identity: tuple[int, int] | None
+        self.set_aside = self._open().set_aside
+
+    @property
+    def is_in_memory(self) -> bool:
+        """Whether there is no file that could be opened, so that it is gone with this process."""
+        return self._identity is None
+
+    def close(self) -> None:
+        """Close it; it cannot be used afterwards."""
+        self.connection.close()
+
+    def query(self, query: str, *values: Any) -> list[sqlite3.Row]:
+        """What a SELECT of the index finds."""
+        try:
+            with self.lock:
+                self.check_place()
+                return self.connection.execute(query, values).fetchall()
+        except sqlite3.Error as error:
+            raise StoreError(f"cannot read the run index in {self.root}: {error}") from error
+
+    @contextmanager
+    def writing(self) -> Iterator[sqlite3.Connection]:
+        """A transaction of the index."""
+        with self.lock:
+            self.check_place()
+            if self.read_only_reason is not None:
+                self._try_writable()
+            try:
+                with self.connection:
+                    yield self.connection
+            except sqlite3.Error as error:
+                if "readonly" in str(error):  # the connection stays so: open another next time
+                    self.read_only_reason = str(error)
+                raise _write_error(
+                    self.root, str(error), is_full=getattr(error, "sqlite_errorname", "") in FULL
+                ) from error
+
+    def _open(self) -> Opened:
+        opened = open_index(self.root)
+        self.connection, self.read_only_reason = opened.connection, opened.read_only_reason
+        is_a_file = bool(self.connection.execute("PRAGMA database_list").fetchone()["file"])
+        self._identity = identity(self.root) if is_a_file else None
+        return opened
+
+    def _try_writable(self) -> None:
+        """Leave read-only mode if the folder can be written to by now; raises `StoreError`."""
+        self.connection.close()  # first: SQLite shares a read-only memory map with new connections
+        opened = self._open()
+        if self.read_only_reason is not None:
+            raise _write_error(self.root, self.read_only_reason, is_full=opened.is_full)
+
+    def check_place(self) -> None:
+        """Raise `StoreError` if the open index is no longer the file at its path.
+
+        What is written to a file that was removed is lost without a word.
+        """
+        if self._identity is not None and identity(self.root) != self._identity:
+            raise StoreError(
+                f"the run store {self.root} was removed or replaced while it was open here: "
+                "nothing is read from it or stored in it any more. Put it back where it was, or "
+                "restart MirrorTwin to go on with what is there now"
+            )
+
+
+def _write_error(root: Path, reason: str, *, is_full: bool) -> StoreError:
+    return (DiskFullError if is_full else StoreError)(
+        f"cannot write to the run store {root}: {reason}. What is stored is safe. Free space or "
+        f"allow writing there, or start with another folder in {HOME_VARIABLE}."
+    )
 
 
 def connect(uri: str) -> sqlite3.Connection:

@@ -1,6 +1,6 @@
 """What people write on runs, and the runs that they throw away.
 
-A run thrown away is gone from every list and address at once. For a day it can be had back, whole,
+A run thrown away is gone from every list and address at once. For a day it can be restored, whole,
 unless its room is needed on a full disk; then its row and its files are deleted.
 """
 
@@ -23,7 +23,7 @@ MAX_TAG = 32
 MAX_NOTE = 2000
 
 KEPT_FOR = timedelta(days=1)
-"""How long a run thrown away can be had back."""
+"""How long a run thrown away can be restored."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +61,7 @@ def read_tags(text: str) -> tuple[str, ...]:
 
 def labels(store: RunStore) -> dict[str, Label]:
     """What is written on each run that has something written on it; raises `StoreError`."""
-    rows = store.query("SELECT run, tags, note FROM labels WHERE discarded IS NULL")
+    rows = store.index.query("SELECT run, tags, note FROM labels WHERE discarded IS NULL")
     found = {}
     for row in rows:
         try:
@@ -83,7 +83,7 @@ def write_label(store: RunStore, run_id: str, label: Label) -> None:
 
 
 def discard(store: RunStore, run_ids: Sequence[str]) -> list[str]:
-    """Throw runs away, all or none; returns those that can be had back.
+    """Throw runs away, all or none; returns those that can be restored.
 
     That is all of them, but on a full disk none: then there is no room to note it before there is
     the room that they took. Raises `InputError` if one is being flown, or `StoreError`.
@@ -94,7 +94,7 @@ def discard(store: RunStore, run_ids: Sequence[str]) -> list[str]:
     now = datetime.now(UTC).isoformat()
 
     def mark() -> None:
-        with store.writing() as index:
+        with store.index.writing() as index:
             index.executemany(
                 "INSERT INTO labels (run, discarded) VALUES (?, ?) "
                 "ON CONFLICT (run) DO UPDATE SET discarded = excluded.discarded",
@@ -114,13 +114,17 @@ def discard(store: RunStore, run_ids: Sequence[str]) -> list[str]:
 def _note_beside(store: RunStore, run_ids: Iterable[str], **changes: object) -> None:
     """Keep beside the runs what the index says of them, but for ``changes``."""
     for run_id in run_ids:
-        for row in store.query("SELECT tags, note, discarded FROM labels WHERE run = ?", run_id):
+        for row in store.index.query(
+            "SELECT tags, note, discarded FROM labels WHERE run = ?", run_id
+        ):
             write_label_file(store.root / "runs" / run_id, dict(row) | changes)
 
 
 def discarded(store: RunStore) -> list[str]:
-    """The runs that can be had back, last thrown away first."""
-    rows = store.query("SELECT run FROM labels WHERE discarded IS NOT NULL ORDER BY discarded DESC")
+    """The runs that can be restored, last thrown away first."""
+    rows = store.index.query(
+        "SELECT run FROM labels WHERE discarded IS NOT NULL ORDER BY discarded DESC"
+    )
     return [row["run"] for row in rows]
 
 
@@ -130,7 +134,7 @@ def restore(store: RunStore, run_ids: Iterable[str]) -> list[str]:
     run_ids = [run_id for run_id in run_ids if run_id in known]
     # First: a run that is noted as thrown away would not outlive an index that is made again.
     _note_beside(store, run_ids, discarded=None)
-    with store.writing() as index:
+    with store.index.writing() as index:
         return [
             run_id
             for run_id in run_ids

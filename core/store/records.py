@@ -1,4 +1,4 @@
-"""What is remembered of one run: its plan, its fault, where it stands and what came of it."""
+"""The record of one run: its plan, its fault, its status and its result in short."""
 
 import re
 import secrets

@@ -13,18 +13,15 @@ all, and before the row that speaks of them; they are deleted before it. An inde
 made again from the files (`core.store.recovery`).
 """
 
-import fcntl
 import logging
 import os
 import sqlite3
-import threading
 import weakref
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
-from shutil import rmtree
 from typing import Any, TypeVar
 
 import numpy as np
@@ -32,18 +29,14 @@ import numpy as np
 from core.diagnosis.diagnosis import Diagnosis
 from core.errors import DiskFullError, NoSuchRunError, StoreError
 from core.files import (
-    check_seal,
     has_its_sum,
-    read_json,
-    sealed,
     write_error,
-    write_json,
     write_sum,
 )
 from core.fmea.fault import Fault
 from core.report.grounded import GroundedReport
-from core.store import recovery, rows
-from core.store.index import FULL, Opened, identity, open_index
+from core.store import locks, recovery, rows
+from core.store.index import HOME_VARIABLE, Index
 from core.store.records import (
     STATUSES,
     UNFINISHED,
@@ -52,6 +45,7 @@ from core.store.records import (
     new_run_id,
     valid_run_id,
 )
+from core.store.result_file import read_result, remove_files, replace_report, write_result
 from core.twin.actions import Action
 from core.twin.flight_file import (
     read_channels,
@@ -61,8 +55,6 @@ from core.twin.flight_file import (
 )
 from core.twin.plan import Plan
 from core.twin.trajectory import Pair
-
-HOME_VARIABLE = "MIRRORTWIN_HOME"
 
 logger = logging.getLogger(__name__)
 
@@ -96,28 +88,33 @@ class RunStore:
         killed ones left is cleared away. What was found is logged as a warning.
         """
         self.root = root.resolve()
-        self._lock = threading.RLock()
         with suppress(OSError):  # said by what comes next
             self.root.mkdir(parents=True, exist_ok=True)
-        share, is_alone = _share(self.root)
-        self._let_go = weakref.finalize(self, _close, share)
-        self._index: sqlite3.Connection
-        self._identity: tuple[int, int] | None
-        self.read_only_reason: str | None
+        share, is_alone = locks.share(self.root)
+        self._let_go = weakref.finalize(self, locks.close, share)
         try:
-            opened = self._open()
-            self._recover(opened.set_aside, is_alone)
+            self.index = Index(self.root)
+            self._recover(is_alone)
         except BaseException:
             self._let_go()
             raise
-        if share is not None and is_alone:
-            fcntl.flock(share, fcntl.LOCK_SH)
+        if is_alone:
+            locks.admit_others(share)
+
+    @property
+    def read_only_reason(self) -> str | None:
+        """Why nothing can be stored, else None."""
+        return self.index.read_only_reason
 
     def close(self) -> None:
         """Close the index; the store cannot be used afterwards."""
-        with self._lock:
-            self._index.close()
+        with self.index.lock:
+            self.index.close()
             self._let_go()
+
+    def check_place(self) -> None:
+        """Raise `StoreError` if the folder was removed or replaced since it was opened."""
+        self.index.check_place()
 
     # -- records ---------------------------------------------------------------------------------
 
@@ -142,21 +139,21 @@ class RunStore:
 
         They take the place of rows of their names, if there are such of runs thrown away.
         """
-        with self.writing() as index:
+        with self.index.writing() as connection:
             for record in records:
-                rows.forget(index, record.id)
-                rows.insert(index, record)
+                rows.forget(connection, record.id)
+                rows.insert(connection, record)
             for run_id, label in (labels or {}).items():
                 if label != rows.NO_LABEL:
-                    rows.insert_label(index, run_id, label)
+                    rows.insert_label(connection, run_id, label)
 
     def save_actions(self, run_id: str, actions: Iterable[Action]) -> None:
         """Keep what is done during a flight, in the place of what was kept before."""
         listed = tuple(actions)
 
         def write() -> None:
-            with self.writing() as index:
-                rows.write_actions(index, run_id, listed)
+            with self.index.writing() as connection:
+                rows.write_actions(connection, run_id, listed)
 
         self.with_room(write)
 
@@ -169,8 +166,8 @@ class RunStore:
         assignments = ", ".join(f"{name} = :{name}" for name in changes)
 
         def write() -> None:
-            with self.writing() as index:
-                index.execute(
+            with self.index.writing() as connection:
+                connection.execute(
                     f"UPDATE runs SET {assignments} WHERE id = :id", {**changes, "id": run_id}
                 )
 
@@ -193,8 +190,8 @@ class RunStore:
 
         Only for a process that knows that no other one is flying (`core.jobs.engine`).
         """
-        with self.writing() as index:
-            left = index.execute(
+        with self.index.writing() as connection:
+            left = connection.execute(
                 "UPDATE runs SET status = 'failed', error = ? WHERE status IN (?, ?) RETURNING id",
                 (SERVER_STOPPED, *UNFINISHED),
             ).fetchall()
@@ -203,25 +200,25 @@ class RunStore:
     # -- room ------------------------------------------------------------------------------------
 
     def delete(self, run_ids: Sequence[str]) -> None:
-        """Delete runs for good, files, rows and labels; ``run_ids`` are valid names.
+        """Delete runs, files, rows and labels, beyond undoing; ``run_ids`` are valid names.
 
         The files first: on a full disk the index takes nothing before there is room. A run whose
         row is still there when this is broken off is deleted the next time.
         """
-        with self._lock:
+        with self.index.lock:
             self.check_place()
             for run_id in run_ids:
-                _remove_files(self.root, run_id)
-            with self.writing() as index:
+                remove_files(self.root, run_id)
+            with self.index.writing() as connection:
                 for run_id in run_ids:
-                    rows.forget(index, run_id)
+                    rows.forget(connection, run_id)
 
     def purge(self, before: str = "9") -> list[str]:
-        """Delete for good the runs that were thrown away ``before`` then (ISO 8601, UTC).
+        """Delete the runs that were thrown away ``before`` then (ISO 8601, UTC).
 
         Returns their names; by default all of them.
         """
-        found = self.query("SELECT run FROM labels WHERE discarded <= ?", before)
+        found = self.index.query("SELECT run FROM labels WHERE discarded <= ?", before)
         run_ids = [row["run"] for row in found if valid_run_id(row["run"])]
         if run_ids:
             self.delete(run_ids)
@@ -238,7 +235,7 @@ class RunStore:
             purged = self.purge()
             if not purged:
                 raise
-        logger.warning("the disk is full: %d runs thrown away are deleted for good", len(purged))
+        logger.warning("the disk is full: %d runs thrown away are deleted", len(purged))
         return write()
 
     # -- files -----------------------------------------------------------------------------------
@@ -268,23 +265,15 @@ class RunStore:
         done = replace(
             self.get(run_id), status="done", error=None, top=top, top_probability=probability
         )
-        values = {
-            "record": done.to_dict(),
-            "diagnosis": diagnosis.to_dict(),
-            "report": report.to_dict(),
-        }
         path = self._folder(run_id, make=True) / "run.json"
-        self.with_room(lambda: write_json(path, sealed(values)))
+        self.with_room(lambda: write_result(path, done, diagnosis, report))
         return self.update(run_id, status="done", error=None, top=top, top_probability=probability)
 
     def save_report(self, run_id: str, report: GroundedReport) -> None:
         """Keep another report on a run that is done, in the place of the last one."""
         path = self._file(run_id, "run.json")
-        with self._lock:
-            values = read_json(path)
-            check_seal(path, values)
-            whole = sealed(values | {"report": report.to_dict()})
-            self.with_room(lambda: write_json(path, whole))
+        with self.index.lock:
+            self.with_room(lambda: replace_report(path, report))
 
     def load_result(self, run_id: str) -> tuple[Diagnosis, GroundedReport]:
         """Diagnosis and report as saved."""
@@ -315,8 +304,8 @@ class RunStore:
 
         def write() -> None:
             recovery.write_label_file(folder, row)
-            with self.writing() as index:
-                rows.insert_label(index, run_id, row)
+            with self.index.writing() as connection:
+                rows.insert_label(connection, run_id, row)
 
         self.with_room(write)
 
@@ -343,127 +332,20 @@ class RunStore:
         return path
 
     def _select(self, clause: str, *values: Any) -> list[sqlite3.Row]:
-        return self.query(
+        return self.index.query(
             f"SELECT {', '.join(rows.COLUMNS)}, {_ACTIONS} FROM runs {clause}", *values
         )
 
-    def query(self, query: str, *values: Any) -> list[sqlite3.Row]:
-        """What a SELECT of the index finds; for this package alone."""
-        try:
-            with self._lock:
-                self.check_place()
-                return self._index.execute(query, values).fetchall()
-        except sqlite3.Error as error:
-            raise StoreError(f"cannot read the run index in {self.root}: {error}") from error
-
-    @contextmanager
-    def writing(self) -> Iterator[sqlite3.Connection]:
-        """A transaction of the index; for this package alone."""
-        with self._lock:
-            self.check_place()
-            if self.read_only_reason is not None:
-                self._try_writable()
-            try:
-                with self._index:
-                    yield self._index
-            except sqlite3.Error as error:
-                if "readonly" in str(error):  # the connection stays so: open anew next time
-                    self.read_only_reason = str(error)
-                raise _index_error(self.root, str(error), is_full=_is_full(error)) from error
-
-    def _open(self) -> Opened:
-        opened = open_index(self.root)
-        self._index, self.read_only_reason = opened.connection, opened.read_only_reason
-        is_a_file = bool(self._index.execute("PRAGMA database_list").fetchone()["file"])
-        self._identity = identity(self.root) if is_a_file else None
-        return opened
-
-    def _try_writable(self) -> None:
-        """Leave read-only mode if the folder can be written to by now; raises `StoreError`."""
-        self._index.close()  # first: SQLite shares a read-only memory map with new connections
-        opened = self._open()
-        if self.read_only_reason is not None:
-            raise _index_error(self.root, self.read_only_reason, is_full=opened.is_full)
-
-    def check_place(self) -> None:
-        """Raise `StoreError` if the open index is no longer the file at its path.
-
-        What is written to a file that was removed is lost without a word.
-        """
-        if self._identity is not None and identity(self.root) != self._identity:
-            raise StoreError(
-                f"the run store {self.root} was removed or replaced while it was open here: "
-                "nothing is read from it or stored in it any more. Put it back where it was, or "
-                "restart MirrorTwin to go on with what is there now"
-            )
-
     # -- recovery --------------------------------------------------------------------------------
 
-    def _recover(self, set_aside: Path | None, is_alone: bool) -> None:
+    def _recover(self, is_alone: bool) -> None:
         """Enter runs that the index has lost; clear what killed processes left, if none is left."""
-        can_write = self.read_only_reason is None
-        known = {row["id"] for row in self.query("SELECT id FROM runs")}
+        index, can_write = self.index, self.read_only_reason is None
+        known = {row["id"] for row in index.query("SELECT id FROM runs")}
         # Beside other processes, a run without a row may be one that is just being imported.
-        if (can_write or self._identity is None) and (is_alone or not known):
-            recovery.adopt(self._index, self.root, known, set_aside)
+        if (can_write or index.is_in_memory) and (is_alone or not known):
+            recovery.adopt(index.connection, self.root, known, index.set_aside)
         if is_alone and can_write:
             recovery.sweep(self.root)
             unfinished = self._select("WHERE status IN (?, ?)", *UNFINISHED)
-            recovery.complete(self._index, self.root, rows.readable(unfinished))
-
-
-def read_result(path: Path) -> tuple[Diagnosis, GroundedReport]:
-    """Diagnosis and report in a ``run.json``; raises `StoreError`."""
-    values = read_json(path)
-    check_seal(path, values)
-    try:
-        diagnosis = Diagnosis.from_dict(values["diagnosis"])
-        return diagnosis, GroundedReport.from_dict(values["report"])
-    except (KeyError, TypeError, ValueError) as error:
-        raise StoreError(f"{path} is not a result of this version: {error}") from error
-
-
-def _remove_files(root: Path, run_id: str) -> None:
-    folder = root / "runs" / run_id
-    try:
-        (folder / "run.json").unlink(missing_ok=True)  # first: nobody takes the rest for a run
-    except OSError as error:
-        raise write_error(root, error) from error
-    rmtree(folder, ignore_errors=True)
-
-
-def _is_full(error: sqlite3.Error) -> bool:
-    return getattr(error, "sqlite_errorname", "") in FULL
-
-
-def _index_error(root: Path, reason: str, *, is_full: bool) -> StoreError:
-    return (DiskFullError if is_full else StoreError)(
-        f"cannot write to the run store {root}: {reason}. What is stored is safe. Free space or "
-        f"allow writing there, or start with another folder in {HOME_VARIABLE}."
-    )
-
-
-def _share(root: Path) -> tuple[int | None, bool]:
-    """A share in a store's folder for as long as it is open here, and whether it is the only one.
-
-    One that is the only one is exclusive, until it is made less: who comes then waits.
-    """
-    try:
-        share = os.open(root, os.O_RDONLY | os.O_DIRECTORY)
-    except OSError:
-        return None, False
-    try:
-        try:
-            fcntl.flock(share, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            return share, True
-        except BlockingIOError:
-            fcntl.flock(share, fcntl.LOCK_SH)
-            return share, False
-    except OSError:  # a file system without locks
-        os.close(share)
-        return None, False
-
-
-def _close(share: int | None) -> None:
-    if share is not None:
-        os.close(share)
+            recovery.complete(index.connection, self.root, rows.readable(unfinished))

@@ -10,6 +10,7 @@ from typing import Any, Self
 import numpy as np
 
 from core.checks import checked_number
+from core.cylinders import N_CYLINDERS
 from core.errors import InputError
 from core.fmea.catalogue import catalogue
 from core.fmea.fault import Fault
@@ -18,7 +19,7 @@ from core.twin.plan import Plan
 ONSET_RANGE_S = (45.0, 135.0)
 """Late enough to have seen the engine healthy, early enough for slow faults to show."""
 
-DURATION_S = 300.0
+CHALLENGE_DURATION_S = 300.0
 
 _CODE = re.compile(r"[A-Za-z0-9-]{1,20}")
 
@@ -104,6 +105,6 @@ def draw(challenge: Challenge, secret: bytes) -> tuple[Plan, Fault]:
         mode=mode.id,
         severity=round(float(rng.uniform(challenge.severity_low, challenge.severity_high)), 2),
         onset_s=float(round(rng.uniform(*ONSET_RANGE_S))),
-        cylinder=None if mode.whole_engine else 1 + int(rng.choice(4, p=mode.prior)),
+        cylinder=None if mode.whole_engine else 1 + int(rng.choice(N_CYLINDERS, p=mode.prior)),
     )
-    return Plan.sampled(int(rng.integers(2**31)), duration_s=DURATION_S), fault
+    return Plan.sampled(int(rng.integers(2**31)), duration_s=CHALLENGE_DURATION_S), fault

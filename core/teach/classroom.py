@@ -55,7 +55,7 @@ class Classroom:
     """All mystery flights of a store. Thread-safe; methods may raise `StoreError`."""
 
     def __init__(self, store: RunStore, fly: Callable[[Plan, Fault], RunResult]) -> None:
-        """Keep them in ``store``'s folder; ``fly`` flies a run of which nobody hears."""
+        """Keep them in ``store``'s folder; ``fly`` flies a run without events."""
         self._store = store
         self._fly = fly
         self._root = classroom_root(store)
@@ -173,7 +173,7 @@ class Classroom:
             self._store.save_result(run_id, truth.diagnosis, truth.report)
             return self._keep(replace(attempt, run_id=run_id))
 
-    # -- what is told later ----------------------------------------------------------------------
+    # -- what is revealed later---------------------------------------------------------------------
 
     def mirror(self, attempt_id: str) -> Trajectory | None:
         """The healthy mirror, if it has been asked for or the attempt is over."""

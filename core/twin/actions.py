@@ -1,4 +1,4 @@
-"""What is done while a flight is flown: the engine broken or mended, new targets for the pilot.
+"""What is done while a flight is flown: the engine broken or repaired, new targets for the pilot.
 
 A flight is a pure function of its plan, its fault and its actions: whoever flies it, in one go or
 live and in pieces, gets the same bytes. Actions take effect at a tick (0.1 s). The mirror's pilot
@@ -7,7 +7,6 @@ does what the faulted aircraft's does; a fault is never the mirror's.
 
 import json
 import math
-import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
@@ -16,6 +15,7 @@ from typing import Any, ClassVar
 from core.checks import checked_number
 from core.clock import TICK_S
 from core.errors import InputError
+from core.files import read_toml
 from core.fmea.fault import Fault
 from core.twin.plan import PLAN_RANGES, Leg, Plan
 
@@ -40,10 +40,10 @@ class SetFault:
     cylinder: int | None = None
 
     def __post_init__(self) -> None:
-        """Reject what is no fault; raises `InputError` naming the field."""
+        """Reject a mode that cannot be injected; raises `InputError` naming the field."""
         _check_time(self)
         if self.mode == "nominal":
-            raise InputError("fault", "nominal is no fault to inject: repair the engine instead")
+            raise InputError("fault", "nominal cannot be injected: repair the engine instead")
         object.__setattr__(self, "severity", self.fault.severity)
 
     @property
@@ -143,57 +143,60 @@ def first_fault(fault: Fault, actions: Iterable[Action]) -> Fault | None:
 
 
 def commanded(plan: Plan, actions: Iterable[Action]) -> Plan:
-    """The plan with the targets that were set on the way as legs of it: what the crew was told."""
+    """The plan with the targets that were set on the way as legs of it."""
     legs = {leg.start_s: leg for leg in plan.legs}
     for action in sorted(actions, key=tick_of):
         if isinstance(action, SetTarget):
             new = at_tick(action, tick_of(action))
-            told = {name: value for name, value in asdict(new).items() if value is not None}
+            targets = {name: value for name, value in asdict(new).items() if value is not None}
             legs[new.time_s] = replace(
-                legs.get(new.time_s, Leg(new.time_s)), start_s=told.pop("time_s"), **told
+                legs.get(new.time_s, Leg(new.time_s)), start_s=targets.pop("time_s"), **targets
             )
     return replace(plan, legs=tuple(legs[start_s] for start_s in sorted(legs)))
 
 
 def action_to_dict(action: Action) -> dict[str, Any]:
     """Plain JSON-ready values; `read_action` reads them back."""
-    told = {name: value for name, value in asdict(action).items() if value is not None}
-    return {"kind": action.kind, **told}
+    values = {name: value for name, value in asdict(action).items() if value is not None}
+    return {"kind": action.kind, **values}
 
 
 def read_action(values: Any) -> Action:
     """Read a mapping (JSON, TOML); raises `InputError` for an unknown or bad field."""
     if not isinstance(values, Mapping):
         raise InputError("actions", f"must be tables, each with a kind, got {values!r:.60}")
-    told = dict(values)
-    name = told.pop("kind", None)
+    given = dict(values)
+    name = given.pop("kind", None)
     if name not in _KINDS:
         raise InputError("kind", f"must be one of {', '.join(_KINDS)}, got {name!r:.60}")
     kind = _KINDS[name]
     known = [field.name for field in fields(kind)]
-    for field in told:
+    for field in given:
         if field not in known:
-            raise InputError(field, f"is no field of a {name}; those are {', '.join(known)}")
+            raise InputError(field, f"is not a field of a {name}; those are {', '.join(known)}")
     try:
-        return kind(**told)
+        return kind(**given)
     except TypeError:
-        missing = [field for field in ("time_s", "mode") if field in known and field not in told]
+        missing = [field for field in ("time_s", "mode") if field in known and field not in given]
         raise InputError(", ".join(missing) or "actions", f"is missing in a {name}") from None
 
 
 def load_actions(path: Path) -> tuple[Action, ...]:
     """Read a TOML or JSON file with a list of ``actions``; raises `InputError`."""
-    try:
-        text = path.read_text(encoding="utf-8")
-        values = json.loads(text) if path.suffix == ".json" else tomllib.loads(text)
-    except OSError as error:
-        raise InputError("actions", f"cannot read {path}: {error.strerror}") from None
-    except ValueError as error:
-        raise InputError("actions", f"{path} is neither TOML nor JSON: {error}") from None
+    values = _read_json(path) if path.suffix == ".json" else read_toml(path, "actions")
     listed = values.get("actions") if isinstance(values, dict) else values
     if not isinstance(listed, list):
         raise InputError("actions", f"{path} has no list of actions")
     return tuple(map(read_action, listed))
+
+
+def _read_json(path: Path) -> Any:
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError("actions", f"cannot read {path}: {error.strerror}") from None
+    except ValueError as error:
+        raise InputError("actions", f"{path} is not JSON: {error}") from None
 
 
 def _check_time(action: Action) -> None:

@@ -8,15 +8,14 @@ channels do at the same instant.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 from scipy.stats import norm
 
-from core.channels import CHANNEL_INDEX, CHANNELS, CYLINDERS, cht_name, egt_name
+from core.arrays import Array
+from core.channels import CHANNEL_INDEX, CHANNELS, cht_name, egt_name
 from core.clock import DT_S
+from core.cylinders import CYLINDERS
 from core.twin.conditions import Setting
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

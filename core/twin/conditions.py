@@ -9,12 +9,11 @@ the gusts, the wander of the metering and the noise of the sensors not at all.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from core.arrays import Array
 from core.channels import N_CHANNELS
+from core.cylinders import N_CYLINDERS
 from core.twin.plan import Plan, Weather
-
-Array = NDArray[np.float64]
 
 TIME_COMPRESSION = {"lab": 4.0, "field": 1.0}
 """Heat lags are divided by this: the paper's 300 s runs need faster heads than real ones."""
@@ -32,7 +31,7 @@ air in the steady cruise of real logs (``assets/facts/real_noise.csv``)."""
 class Airframe:
     """What differs between two aircraft of one type.
 
-    ``cht_offset_degf`` and ``egt_offset_degf`` are (4,) by cylinder; ``bus_offset_volt`` and
+    ``cht_offset_degf`` and ``egt_offset_degf`` are by cylinder; ``bus_offset_volt`` and
     ``battery_offset_amp`` are (main, essential) and (battery, standby). ``head_heat`` and
     ``oil_heat`` are what heads and oil have to shed, relative to the lab's aircraft.
     ``noise_rank`` is (23,): how noisy each sensor is for one of its kind, a standard normal.
@@ -76,8 +75,8 @@ class Setting:
 def _lab_airframe(seed: int) -> Airframe:
     """Manufacturing deviations as measured: CHT sd 4 F, EGT sd 15 F, No. 2 EGT highest."""
     rng = np.random.default_rng([seed, 0xA1F0])
-    cht = np.clip(rng.normal(0.0, 4.0, 4), -9.0, 9.0)
-    egt = np.clip(rng.normal(0.0, 13.0, 4), -28.0, 28.0)
+    cht = np.clip(rng.normal(0.0, 4.0, N_CYLINDERS), -9.0, 9.0)
+    egt = np.clip(rng.normal(0.0, 13.0, N_CYLINDERS), -28.0, 28.0)
     egt[1] = max(egt[1], float(egt.max())) + 6.0
     return Airframe(
         cht_offset_degf=cht - cht.mean(),
@@ -114,8 +113,8 @@ def _roughly(airframe: Airframe, seed: int) -> Airframe:
     rng = np.random.default_rng([seed, 0xA1F2])
     return replace(
         airframe,
-        cht_offset_degf=airframe.cht_offset_degf + rng.normal(0.0, 1.5, 4),
-        egt_offset_degf=airframe.egt_offset_degf + rng.normal(0.0, 5.0, 4),
+        cht_offset_degf=airframe.cht_offset_degf + rng.normal(0.0, 1.5, N_CYLINDERS),
+        egt_offset_degf=airframe.egt_offset_degf + rng.normal(0.0, 5.0, N_CYLINDERS),
         oil_offset_psi=airframe.oil_offset_psi + float(rng.normal(0.0, 0.2)),
         head_heat=airframe.head_heat * float(np.exp(rng.normal(0.0, 0.005))),
         oil_heat=airframe.oil_heat * float(np.exp(rng.normal(0.0, 0.01))),

@@ -4,8 +4,8 @@ from array import array
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from core.arrays import Array
 from core.clock import DT_S, STEPS_PER_TICK, TICK_S
 from core.errors import InputError
 from core.fmea.catalogue import catalogue
@@ -16,15 +16,14 @@ from core.fmea.injection import FaultState
 from core.fmea.laws import Drivers
 from core.fmea.powerplant import HEALTHY, EngineFactors, engine_factors
 from core.twin.actions import Action, Repair, SetFault, SetTarget, at_tick, in_order, tick_of
-from core.twin.aircraft import Aircraft, drivers_along
+from core.twin.aircraft import Aircraft, NewAircraft, drivers_along
 from core.twin.avionics import Avionics
 from core.twin.conditions import Setting, flown, mirrored
+from core.twin.jsbsim_aircraft import JsbsimAircraft
 from core.twin.noise import SensorNoise
 from core.twin.plan import Leg, Plan
 from core.twin.sensors import SensorSynthesiser
 from core.twin.trajectory import Pair, Trajectory
-
-Array = NDArray[np.float64]
 
 NOMINAL = Fault("nominal")
 
@@ -33,23 +32,29 @@ class _Flight:
     """One aircraft, its fault and its sensors; blocks of any size give the same bytes."""
 
     def __init__(
-        self, plan: Plan, fault: Fault, setting: Setting, *, in_formation: bool = False
+        self,
+        plan: Plan,
+        fault: Fault,
+        setting: Setting,
+        new_aircraft: NewAircraft = JsbsimAircraft,
+        *,
+        in_formation: bool = False,
     ) -> None:
         """Trim for the plan; ``in_formation`` takes its path from another flight instead."""
-        self._aircraft = None if in_formation else Aircraft(plan, setting)
+        self._aircraft: Aircraft | None = None if in_formation else new_aircraft(plan, setting)
         self._sensors = SensorSynthesiser(setting)
         self._avionics = Avionics(setting)
         self._seed = plan.seed
-        self._fault = self._begun(fault, 0)
+        self._fault = self._state_of(fault, 0)
 
-    def _begun(self, fault: Fault, tick: int) -> FaultState | None:
+    def _state_of(self, fault: Fault, tick: int) -> FaultState | None:
         is_faulted = fault.mode != "nominal" and fault.severity > 0.0
         return FaultState(fault, self._seed, tick) if is_faulted else None
 
-    def told(self, leg: Leg, tick: int) -> None:
-        """New targets from ``tick``, flown next; in formation there is nobody to tell."""
+    def set_targets(self, leg: Leg, tick: int) -> None:
+        """Take up new targets at ``tick``, flown next; in formation the path brings them."""
         if self._aircraft is not None:
-            self._aircraft.told(leg, tick)
+            self._aircraft.set_targets(leg, tick)
 
     def change(self, fault: Fault, tick: int) -> None:
         """Have that fault and no other from ``tick`` on, which is flown next."""
@@ -60,7 +65,7 @@ class _Flight:
             if self._aircraft is not None and was_broken:
                 self._aircraft.guard(tick)
             return
-        self._fault = self._begun(fault, tick)
+        self._fault = self._state_of(fault, tick)
         if self._aircraft is not None:
             self._aircraft.correct(HEALTHY)
             if was_broken:
@@ -154,7 +159,13 @@ class PairFlight:
     """
 
     def __init__(
-        self, plan: Plan, fault: Fault, actions: Iterable[Action] = (), *, live: bool = False
+        self,
+        plan: Plan,
+        fault: Fault,
+        actions: Iterable[Action] = (),
+        *,
+        live: bool = False,
+        new_aircraft: NewAircraft = JsbsimAircraft,
     ) -> None:
         """Trim both aircraft; raises `InputError` (onset, action) or `FlightError` (no trim).
 
@@ -171,8 +182,10 @@ class PairFlight:
         self._is_live = live
         self._noise = SensorNoise(setting)
         self._mirror_noise = SensorNoise(mirror_setting) if is_field else None
-        self._mirror = _Flight(plan, NOMINAL, mirror_setting)
-        self._faulted = _Flight(plan, fault, setting, in_formation=not self._flies_apart)
+        self._mirror = _Flight(plan, NOMINAL, mirror_setting, new_aircraft)
+        self._faulted = _Flight(
+            plan, fault, setting, new_aircraft, in_formation=not self._flies_apart
+        )
 
     @property
     def progress(self) -> float:
@@ -220,11 +233,11 @@ class PairFlight:
         return Pair.joined(blocks) if blocks else None
 
     def _do(self, action: Action, tick: int) -> None:
-        """Both pilots are told the same; only the faulted engine is ever touched."""
+        """Set the same targets for both pilots; only the faulted engine is ever touched."""
         match action:
             case SetTarget():
-                self._mirror.told(action.leg, tick)
-                self._faulted.told(action.leg, tick)
+                self._mirror.set_targets(action.leg, tick)
+                self._faulted.set_targets(action.leg, tick)
             case SetFault():
                 self._faulted.change(action.fault, tick)
             case Repair():

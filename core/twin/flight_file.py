@@ -226,7 +226,7 @@ def _and_more(names: Sequence[str]) -> str:
 
 def _flight(path: Path, table: pa.Table, prefix: str) -> Trajectory:
     def columns(names: tuple[str, ...], dtype: type[np.floating[Any]]) -> np.ndarray:
-        matrix = np.empty((table.num_rows, len(names)), dtype=dtype)
+        matrix = np.full((table.num_rows, len(names)), np.nan, dtype=dtype)
         for index, name in enumerate(names):
             matrix[:, index] = _values(table, prefix + name)
         return matrix

@@ -9,12 +9,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 
+from core.arrays import Array
 from core.clock import TICK_S
-
-Array = NDArray[np.float64]
 
 CLIMB_WANDER_FPS, CLIMB_WANDER_TAU_S = 4.5, 2.0
 """Pitch corrections, as the climb rate the pilot aims at."""

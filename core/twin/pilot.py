@@ -76,7 +76,7 @@ class Pilot:
         self.finds_power = False
         """Whether the last capture is to find another power setting, or to leave the one it met."""
 
-    def told(self, leg: Leg) -> None:
+    def set_targets(self, leg: Leg) -> None:
         """Take up new targets at the next tick, after those that the plan has there."""
         leg = replace(leg, start_s=self._tick * TICK_S)
         sooner = sum(planned.start_s <= leg.start_s for planned in self._legs)

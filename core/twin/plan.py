@@ -1,6 +1,5 @@
 """What is to be flown: the plan, its weather and its legs, validated at the edge."""
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
@@ -11,6 +10,7 @@ import numpy as np
 from core.checks import checked_number
 from core.clock import DT_S, LONGEST_S
 from core.errors import InputError
+from core.files import read_toml
 
 Conditions = Literal["lab", "field"]
 Power = Literal["fixed", "speed_hold"]
@@ -163,10 +163,4 @@ class Plan:
 
 def load_plan(path: Path) -> Plan:
     """Read a plan from a TOML file; raises `InputError` if it is not TOML or not a plan."""
-    try:
-        values = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError("plan", f"cannot read {path}: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError("plan", f"{path} is not TOML: {error}") from None
-    return Plan.from_dict(values)
+    return Plan.from_dict(read_toml(path, "plan"))

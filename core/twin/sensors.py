@@ -1,22 +1,24 @@
-"""The 23 channels from states, effects and noise. This module never learns which fault flies.
+"""The channels from states, effects and noise. This module never learns which fault flies.
 
 Semi-empirical equations in quasi-steady plus first-order-lag form, vectorised over a block of
 samples; the lags carry their state from block to block, so the result does not depend on how a
 flight is cut. Constants and their sources stand in ``core.twin.constants``.
 """
 
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from core.channels import CHANNEL_INDEX, N_CHANNELS
+from core.arrays import Array
+from core.channels import CHANNEL_INDEX, N_CHANNELS, check_covers, cht_name, egt_name
 from core.clock import DT_S
+from core.cylinders import CYLINDERS
 from core.fmea.effects import Effects
-from core.twin.conditions import Setting
+from core.twin.conditions import Airframe, Setting
 from core.twin.constants import CRUISE_AIR_FUEL_RATIO, OIL_PSI, OIL_PSI_AT_DEGF, OIL_PSI_RPM, C
 from core.twin.trajectory import STATE_INDEX
-
-Array = NDArray[np.float64]
 
 
 class Lag:
@@ -62,31 +64,18 @@ class SensorSynthesiser:
         egt = self._egt_lag(self._exhaust_target(effects, lean, charge))
         self._samples += len(states)
 
-        out = np.empty((len(states), N_CHANNELS))
-        first_cht, first_egt = CHANNEL_INDEX["E1 CHT1"], CHANNEL_INDEX["E1 EGT1"]
-        out[:, first_cht : first_cht + 4] = cht
-        out[:, first_egt : first_egt + 4] = egt
-        main, essential = self._airframe.bus_offset_volt
-        battery, standby = self._airframe.battery_offset_amp
-        alternator = np.minimum(rpm / C.alternator_rpm, 1.0)
-        for name, values in (
-            ("volt1", 24.0 + (C.bus_volt - 24.0) * alternator + main),
-            ("volt2", 24.0 + (C.essential_volt - 24.0) * alternator + essential),
-            ("amp1", C.battery_amp + battery - 25.0 * (1.0 - alternator)),
-            ("amp2", np.full(len(states), C.standby_amp + standby)),
-            ("FQtyL", _column(states, "fuel_left_gal")),
-            ("FQtyR", _column(states, "fuel_right_gal")),
-            ("E1 FFlow", _column(states, "fuel_flow_gph")),
-            ("E1 OilT", oil_degf),
-            ("E1 OilP", _oil_pressure(rpm, oil_degf, effects) + self._airframe.oil_offset_psi),
-            ("E1 RPM", rpm),
-            ("OAT", _column(states, "oat_degc")),
-            ("IAS", _column(states, "ias_kt")),
-            ("VSpd", _column(states, "vspd_fpm")),
-            ("NormAc", _column(states, "norm_ac_g") - 1.0),
-            ("AltMSL", _column(states, "altitude_ft")),
-        ):
-            out[:, CHANNEL_INDEX[name]] = values
+        now = _Readings(
+            states,
+            self._airframe,
+            heads_degf=cht,
+            exhausts_degf=egt,
+            oil_degf=oil_degf,
+            oil_psi=_oil_pressure(rpm, oil_degf, effects) + self._airframe.oil_offset_psi,
+            alternator=np.minimum(rpm / C.alternator_rpm, 1.0),
+        )
+        out = np.full((len(states), N_CHANNELS), np.nan)
+        for name, equation in EQUATIONS.items():
+            out[:, CHANNEL_INDEX[name]] = equation(now)
         out += noise
         return out
 
@@ -136,9 +125,72 @@ class SensorSynthesiser:
         return target
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Readings:
+    """What the equations of the channels are written in, over a block of n samples.
+
+    Temperatures by cylinder are (n, cylinders), all else (n,). ``alternator``: the share of its
+    full voltage that the alternator gives.
+    """
+
+    states: Array
+    airframe: Airframe
+    heads_degf: Array
+    exhausts_degf: Array
+    oil_degf: Array
+    oil_psi: Array
+    alternator: Array
+
+    def state(self, name: str) -> Array:
+        """One state by name, (n,)."""
+        return _column(self.states, name)
+
+    def bus(self, full_volt: float, offset_volt: float) -> Array:
+        """The voltage of a bus, which falls to the battery's as the alternator slows."""
+        volt: Array = 24.0 + (full_volt - 24.0) * self.alternator + offset_volt
+        return volt
+
+
 def _column(states: Array, name: str) -> Array:
     column: Array = states[:, STATE_INDEX[name]]
     return column
+
+
+_Equation = Callable[[_Readings], Array | float]
+
+
+def _head(index: int) -> _Equation:
+    return lambda now: now.heads_degf[:, index]
+
+
+def _exhaust(index: int) -> _Equation:
+    return lambda now: now.exhausts_degf[:, index]
+
+
+EQUATIONS: Mapping[str, _Equation] = {
+    "volt1": lambda now: now.bus(C.bus_volt, now.airframe.bus_offset_volt[0]),
+    "volt2": lambda now: now.bus(C.essential_volt, now.airframe.bus_offset_volt[1]),
+    "amp1": lambda now: (
+        C.battery_amp + now.airframe.battery_offset_amp[0] - 25.0 * (1.0 - now.alternator)
+    ),
+    "amp2": lambda now: C.standby_amp + now.airframe.battery_offset_amp[1],
+    "FQtyL": lambda now: now.state("fuel_left_gal"),
+    "FQtyR": lambda now: now.state("fuel_right_gal"),
+    "E1 FFlow": lambda now: now.state("fuel_flow_gph"),
+    "E1 OilT": lambda now: now.oil_degf,
+    "E1 OilP": lambda now: now.oil_psi,
+    "E1 RPM": lambda now: now.state("rpm"),
+    **{cht_name(cylinder): _head(index) for index, cylinder in enumerate(CYLINDERS)},
+    **{egt_name(cylinder): _exhaust(index) for index, cylinder in enumerate(CYLINDERS)},
+    "OAT": lambda now: now.state("oat_degc"),
+    "IAS": lambda now: now.state("ias_kt"),
+    "VSpd": lambda now: now.state("vspd_fpm"),
+    "NormAc": lambda now: now.state("norm_ac_g") - 1.0,
+    "AltMSL": lambda now: now.state("altitude_ft"),
+}
+"""What each channel's sensor reads, noise apart."""
+
+check_covers("the equations of core/twin/sensors.py", EQUATIONS)
 
 
 def _charge(states: Array) -> Array:

@@ -3,12 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from core.arrays import Array, Array32
 from core.channels import CHANNEL_INDEX
-
-Array = NDArray[np.float64]
-Array32 = NDArray[np.float32]
 
 STATE_NAMES: tuple[str, ...] = (
     "north_m", "east_m", "altitude_ft", "roll_deg", "pitch_deg", "heading_deg",

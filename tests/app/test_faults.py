@@ -14,7 +14,7 @@ from app.pages.faults import mode_page as fault_page
 from app.pages.faults import page as faults
 from app.shell import read_address
 from core.channels import CHANNEL_INDEX
-from core.experiments.signs.growth import SEVERITIES, Growth, fly_growth
+from core.experiments.signs.growth import GROWTH_SEVERITIES, Growth, fly_growth
 from core.experiments.stored import Shelved, take
 from core.fmea.catalogue import catalogue
 from core.knowledge.knowledge import knowledge
@@ -66,7 +66,7 @@ def test_expected_shifts_are_told_with_sign_and_unit() -> None:
 def test_a_crack_grows_with_severity_and_moves_its_cylinder_most(crack: Growth) -> None:
     index = crack.moved(NOISE_SIGMA, 6)[0]
     assert index == CHANNEL_INDEX["E1 CHT1"]
-    ends = [crack.residuals[severity][-1, index] for severity in SEVERITIES]
+    ends = [crack.residuals[severity][-1, index] for severity in GROWTH_SEVERITIES]
     assert 0.0 < ends[0] < ends[1] < ends[2]
     before = crack.time_s < 60.0
     assert np.all(crack.severest[before] == 0.0)

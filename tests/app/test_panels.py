@@ -126,13 +126,13 @@ class TestHeatStrip:
 
 class TestProbabilities:
     def test_leaders_are_ranked_and_ties_keep_class_order(self) -> None:
-        shares = np.zeros(20)
+        shares = np.zeros(len(NAMES))
         shares[[7, 3]] = 0.6, 0.4
         classes = tuple(NAMES)
         assert leaders(classes, shares, 3) == [classes[7], classes[3], classes[0]]
 
     def test_the_figure_is_valid_and_names_who_leads(self) -> None:
-        over_time = np.zeros((30, 20), dtype=np.float32)
+        over_time = np.zeros((30, len(NAMES)), dtype=np.float32)
         over_time[:12, 0], over_time[12:, 5] = 0.9, 0.8
         classes = tuple(NAMES)
         figure = go.Figure(

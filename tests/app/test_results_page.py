@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import plotly.graph_objects as go
 import pytest
 from dash._utils import to_json
@@ -152,7 +153,7 @@ def test_mistakes_between_look_alikes_say_what_tells_the_two_apart() -> None:
 
 def test_a_model_without_mistakes_says_so() -> None:
     (card, *_) = model_cards()
-    counts = [[int(i == j) for j in range(20)] for i in range(20)]
+    counts = np.eye(len(card["classes"]), dtype=int).tolist()
     windows = {**card["scores"]["test_windows"], "confusion": counts, "mistakes": []}
     made = {**card, "scores": {**card["scores"], "test_windows": windows}}
     text = sent(model_parts(made))

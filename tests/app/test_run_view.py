@@ -49,7 +49,7 @@ def shown(updates: Sequence[Update]) -> dict[tuple[str, str], Any]:
 
 def diagnosis() -> Diagnosis:
     classes = class_ids()
-    shares = np.full(20, 0.01, dtype=np.float32)
+    shares = np.full(len(classes), 0.01, dtype=np.float32)
     shares[classes.index("engine_failure")] = 0.81
     over_time = np.tile(shares, (3, 1))
     return Diagnosis(
@@ -179,7 +179,7 @@ def test_a_whole_run_sends_less_than_two_megabytes(monkeypatch: pytest.MonkeyPat
 
 
 def window(start: int) -> events.Probabilities:
-    shares = np.full(20, 0.005, dtype=np.float32)
+    shares = np.full(len(class_ids()), 0.005, dtype=np.float32)
     shares[[0, 1 + start % 4]] = 0.7, 0.21
     return events.Probabilities("r", start / 5.0, shares)
 

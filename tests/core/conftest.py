@@ -112,13 +112,13 @@ def untrained() -> Diagnoser:
     flights = [noisy_pair(40.0, ("E1 CHT1", 5.0, 10.0, 40.0), seed=seed) for seed in range(2)]
     return Diagnoser(
         name="untrained",
-        classes=tuple(f"class_{number}" for number in range(20)),
+        classes=class_ids(),
         conditions="lab",
         mode=FEATURE_MODES["paired"],
         normalisation=Normalisation.fitted(
             ((pair.residual, pair.faulted.channels) for pair in flights), FEATURE_MODES["paired"]
         ),
-        network=Cnn1d(N_FEATURES, 20).eval(),
+        network=Cnn1d(N_FEATURES, len(class_ids())).eval(),
     )
 
 
@@ -129,12 +129,16 @@ SPLITS = ("train", "train", "validation", "test")
 def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Made up: four runs a class, and each class but the nominal lifts a channel of its own."""
     folder = tmp_path_factory.mktemp("dataset")
-    archive = Archive.begun(folder, {"conditions": "lab"})
+    archive = Archive.open(folder, {"conditions": "lab"})
     ids = []
     for number, mode in enumerate(class_ids()):
         for repeat, split in enumerate(SPLITS):
             seed = 4 * number + repeat
-            shift = [(CHANNEL_NAMES[number], 50.0, 31.0, 65.0)] if mode != "nominal" else []
+            shift = (
+                [(CHANNEL_NAMES[number % N_CHANNELS], 50.0, 31.0, 65.0)]
+                if mode != "nominal"
+                else []
+            )
             pair = noisy_pair(65.0, *shift, seed=seed)
             run = StoredRun(
                 id=f"{mode}-{repeat}", mode=mode, split=split, start_row=0,
@@ -143,5 +147,5 @@ def dataset(tmp_path_factory: pytest.TempPathFactory) -> Path:
             )  # fmt: skip
             archive.add(run, np.stack([pair.faulted.channels, pair.mirror.channels]))
             ids.append(run.id)
-    archive.completed(ids)
+    archive.complete(ids)
     return folder

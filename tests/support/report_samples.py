@@ -1,6 +1,5 @@
 """Evidence and diagnoses for the report tests: ideal ones for a mode, and any at all."""
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -15,7 +14,7 @@ from core.knowledge.knowledge import knowledge
 def evidence(name: str, value: float, start_s: float = 70.0, end_s: float = 180.0) -> Evidence:
     """One item on channel ``name`` with the sigma of its sensor noise."""
     about = channel(name)
-    sd = math.hypot(about.noise_sd, about.wander_sd)
+    sd = about.sigma
     direction = "+" if value >= 0.0 else "-"
     return Evidence(
         name, start_s, end_s, value, about.unit, direction, abs(value) / sd, onset_s=start_s

@@ -51,16 +51,21 @@ class Preset:
 def presets() -> dict[str, Preset]:
     """The paper's two comparisons by the name in their address."""
     # Here, because it brings Plotly's own classes along: half a second that no other page needs.
-    from core.experiments.paper.representative import NOMINAL, PLAN, REPRESENTATIVE, fault_of
+    from core.experiments.paper.representative import (
+        FIGURES_PLAN,
+        NOMINAL,
+        REPRESENTATIVE,
+        fault_of,
+    )
 
     faults = tuple(map(fault_of, (NOMINAL, *REPRESENTATIVE)))
     same = "Five faults of severity 0.8 and the nominal flight, all on one plan and seed."
     return {
         "fig6": Preset(
-            "Fig. 6", f"{same} Where does each take the aircraft?", "paths", PLAN, faults
+            "Fig. 6", f"{same} Where does each take the aircraft?", "paths", FIGURES_PLAN, faults
         ),
         "fig7": Preset(
-            "Fig. 7", f"{same} How do six key channels answer?", "channels", PLAN, faults
+            "Fig. 7", f"{same} How do six key channels answer?", "channels", FIGURES_PLAN, faults
         ),
     }
 

@@ -18,7 +18,7 @@ from app.pages.results import page as results
 from app.shell import Address
 from core.channels import CHANNELS, unit_label
 from core.errors import MirrorTwinError
-from core.experiments.signs.growth import ONSET_S, PLAN, SEVERITIES, fly_growth
+from core.experiments.signs.growth import GROWTH_ONSET_S, GROWTH_PLAN, GROWTH_SEVERITIES, fly_growth
 from core.knowledge.knowledge import knowledge
 from core.knowledge.search import search
 from core.store.store import RunStore
@@ -88,7 +88,9 @@ def _flown_signature(mode: str) -> list[Any]:
                 className="note",
             )
         ]
-    strip = heat_strip(growth.time_s, growth.severest, duration_s=PLAN.duration_s, onset_s=ONSET_S)
+    strip = heat_strip(
+        growth.time_s, growth.severest, duration_s=GROWTH_PLAN.duration_s, onset_s=GROWTH_ONSET_S
+    )
     return [
         html.P([fault_page.flown_words(), _legend()], className="note"),
         html.Div(
@@ -123,7 +125,7 @@ def _legend() -> html.Span:
     return html.Span(
         [
             html.Span([html.I(className=f"key residual key-{dash}"), f"{severity:g}"])
-            for severity, dash in zip(SEVERITIES, DASHES, strict=True)
+            for severity, dash in zip(GROWTH_SEVERITIES, DASHES, strict=True)
         ],
         className="growth-legend",
     )

@@ -13,7 +13,7 @@ from app.kit.terms import term
 from app.kit.words import mode_name
 from app.pages.faults.page import fault_path, fly_path
 from core.channels import CYLINDERS, channel
-from core.experiments.signs.growth import SEVERITIES
+from core.experiments.signs.growth import GROWTH_SEVERITIES
 from core.experiments.stored import Shelved
 from core.fmea.catalogue import Mode, catalogue
 from core.knowledge.knowledge import SIGNS, ExpectedShift, ModeKnowledge, knowledge
@@ -250,5 +250,5 @@ def _carriers(mode: Mode) -> list[Any]:
 
 def flown_words() -> str:
     """What the signature's charts show."""
-    severities = ", ".join(f"{severity:g}" for severity in SEVERITIES)
+    severities = ", ".join(f"{severity:g}" for severity in GROWTH_SEVERITIES)
     return f"Faulted minus mirror at severity {severities}; onset at 1:00."

@@ -23,7 +23,7 @@ from app.kit.words import run_title, sentence
 from app.scenes.recordings import with_recording
 from core.errors import InputError, MirrorTwinError, StoreError
 from core.exchange.g1000_writer import RATE_HZ, SIDES, g1000_csv, log_name
-from core.exchange.run_archive import MAX_PACKED, MAX_RUNS, pack, unpack
+from core.exchange.run_archive import MAX_PACKED, MAX_PACKED_RUNS, pack, unpack
 from core.store.records import RunRecord
 from core.store.store import RunStore
 
@@ -48,7 +48,7 @@ def csv_path(run_id: str, side: str) -> str:
 
 def export_runs(store: RunStore, run_ids: list[str], path: Path) -> None:
     """Pack runs with their recordings; raises `InputError` or `StoreError`."""
-    for run_id in run_ids[:MAX_RUNS]:
+    for run_id in run_ids[:MAX_PACKED_RUNS]:
         if store.get(run_id).status == "done":
             with_recording(store, run_id)
     pack(store, run_ids, path)
@@ -71,7 +71,9 @@ def mount(app: FastAPI, store: RunStore) -> None:
 
     # Not async: FastAPI then runs them on a thread, since packing and writing take their time.
     @app.get(EXPORT_PATH, include_in_schema=False)
-    def exported(ids: Annotated[list[str], Query(alias="id", max_length=MAX_RUNS)]) -> Response:
+    def exported(
+        ids: Annotated[list[str], Query(alias="id", max_length=MAX_PACKED_RUNS)],
+    ) -> Response:
         folder = tempfile.TemporaryDirectory(prefix="mirrortwin-")
         path = Path(folder.name) / "runs.zip"
         try:

@@ -23,7 +23,7 @@ from core.twin.flight import fly, fly_pair
 from core.twin.plan import Plan
 from core.workers.pool import pool_client
 
-PLAN = Plan(altitude_ft=5000.0, speed_kt=100.0, duration_s=300.0)
+MEASURED_PLAN = Plan(altitude_ft=5000.0, speed_kt=100.0, duration_s=300.0)
 FAULT = Fault("cylinder_compression", severity=0.8, onset_s=60.0)
 """One that reaches the engine, so that faulted aircraft and mirror both have to be flown."""
 
@@ -85,7 +85,7 @@ class LongRound:
         """The ratios by which we judge, as explained in `Speed`."""
         return {
             "long_flight_cost_ratio": (self.long_pair_s / workload.long_s)
-            / (self.pair_s / PLAN.duration_s),
+            / (self.pair_s / MEASURED_PLAN.duration_s),
             "two_worker_speedup": self.one_worker_s / self.two_workers_s,
         }
 
@@ -125,12 +125,12 @@ def measure(
     workload: Workload = FULL,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Speed:
-    """Time the twin; ``progress`` is told the share done. Raises `InputError` for bad rounds.
+    """Time the twin; ``progress`` gets the share done. Raises `InputError` for bad rounds.
 
     Of ``rounds`` rounds, as many as `LONG_ROUNDS` are followed by a long one.
     """
     rounds = int(checked_number("rounds", rounds, 1, 1000))
-    fly_pair(PLAN, FAULT)  # imports, caches and page faults belong to no round
+    fly_pair(MEASURED_PLAN, FAULT)  # imports, caches and page faults belong to no round
     done: list[Round] = []
     long: list[LongRound] = []
     with workers(1) as one, workers(2) as two:
@@ -146,7 +146,7 @@ def measure(
         busy=median(each.worker_share for each in long) < QUIET_SHARE,
         long_pair_s=median(each.long_pair_s for each in long),
         fault=FAULT.mode,
-        steps=PLAN.n_steps,
+        steps=MEASURED_PLAN.n_steps,
         workload=workload,
         rounds=tuple(done),
         long_rounds=tuple(long),
@@ -159,18 +159,18 @@ def _medians(rows: list[dict[str, float]]) -> dict[str, float]:
 
 def _round() -> Round:
     return Round(
-        bare_s=bare_loop_s(PLAN),
-        trajectory_s=_cpu_seconds(lambda: fly(PLAN, FAULT)),
-        pair_s=_cpu_seconds(lambda: fly_pair(PLAN, FAULT)),
+        bare_s=bare_loop_s(MEASURED_PLAN),
+        trajectory_s=_cpu_seconds(lambda: fly(MEASURED_PLAN, FAULT)),
+        pair_s=_cpu_seconds(lambda: fly_pair(MEASURED_PLAN, FAULT)),
     )
 
 
 def _long_round(workload: Workload, one: Client, two: Client) -> LongRound:
-    long_plan = Plan(PLAN.altitude_ft, PLAN.speed_kt, duration_s=workload.long_s)
+    long_plan = Plan(MEASURED_PLAN.altitude_ft, MEASURED_PLAN.speed_kt, duration_s=workload.long_s)
     one_worker_s, _ = _shared_out(one, workload.flights)
     two_workers_s, worker_share = _shared_out(two, workload.flights)
     return LongRound(
-        pair_s=_cpu_seconds(lambda: fly_pair(PLAN, FAULT)),
+        pair_s=_cpu_seconds(lambda: fly_pair(MEASURED_PLAN, FAULT)),
         long_pair_s=_cpu_seconds(lambda: fly_pair(long_plan, FAULT)),
         one_worker_s=one_worker_s,
         two_workers_s=two_workers_s,

@@ -5,7 +5,7 @@ from typing import Any
 
 import plotly.graph_objects as go
 
-from core.experiments.cost.bench import FAULT, FULL, PLAN, QUICK, Speed, Workload, measure
+from core.experiments.cost.bench import FAULT, FULL, MEASURED_PLAN, QUICK, Speed, Workload, measure
 from core.experiments.drawing import BLUE, GREEN, INK, axis, finish
 from core.experiments.results import Progress, Result
 
@@ -28,10 +28,10 @@ def run(quick: bool, progress: Progress) -> Result:
         name="speed",
         settings={
             "quick": quick,
-            "conditions": PLAN.conditions,
-            "power": PLAN.power,
-            "seeds": [PLAN.seed],
-            "plan": PLAN.to_dict(),
+            "conditions": MEASURED_PLAN.conditions,
+            "power": MEASURED_PLAN.power,
+            "seeds": [MEASURED_PLAN.seed],
+            "plan": MEASURED_PLAN.to_dict(),
             "fault": FAULT.to_dict(),
         },
         findings={**speed.to_dict(), "goals": {name: list(goal) for name, goal in _GOALS.items()}},

@@ -34,7 +34,7 @@ BATCH = 64
 QUICK_RUNS = 40
 
 Features = NDArray[np.float32]
-Told = dict[str, Any]
+Row = dict[str, Any]
 
 
 def run(quick: bool, progress: Progress, data: Path = Path("data")) -> Result:
@@ -47,8 +47,8 @@ def run(quick: bool, progress: Progress, data: Path = Path("data")) -> Result:
     planned = {each: [run.id for run in manifests[each].part("test")] for each in CONDITIONS}
     if planned["lab"] != planned["field"]:
         raise InputError("data", f"{data}/lab and {data}/field do not hold the same flights")
-    rows: list[Told] = []
-    channels: list[Told] = []
+    rows: list[Row] = []
+    channels: list[Row] = []
     for done, (residual, trained) in enumerate((r, c) for r in RESIDUALS for c in CONDITIONS):
         diagnoser = load_diagnoser(residual, conditions=trained)
         corpora = {
@@ -91,7 +91,7 @@ def _answers(diagnoser: Diagnoser, windows: Features) -> NDArray[np.float32]:
     return np.concatenate(found)
 
 
-def _row(diagnoser: Diagnoser, residual: Residual, corpus: Corpus, tested: Conditions) -> Told:
+def _row(diagnoser: Diagnoser, residual: Residual, corpus: Corpus, tested: Conditions) -> Row:
     found = _answers(diagnoser, _features(corpus, diagnoser))
     scored = scores(corpus.truth(), found.argmax(axis=1), corpus.classes)
     refused = diagnoser.calibration.energy(found) > diagnoser.calibration.threshold
@@ -109,7 +109,7 @@ def _row(diagnoser: Diagnoser, residual: Residual, corpus: Corpus, tested: Condi
 
 def _by_channel(
     diagnoser: Diagnoser, residual: Residual, corpora: dict[Conditions, Corpus]
-) -> list[Told]:
+) -> list[Row]:
     """For each channel, the score in field when that channel alone reads as in lab."""
     lab, field = corpora["lab"], corpora["field"]
     # The same stretches of the same flights, as far as both data sets have kept them.
@@ -127,13 +127,13 @@ def _by_channel(
 
     base = score(as_flown)
     strays = {each: _healthy_sd(corpora[each]) for each in CONDITIONS}
-    told = []
+    gains = []
     for number, name in enumerate(CHANNEL_NAMES):
         mixed = as_flown.copy()
         rows = _rows(number, diagnoser)
         mixed[:, rows] = as_in_lab[:, rows]
         better = score(mixed)
-        told.append(
+        gains.append(
             {
                 "residual": residual,
                 "trained": diagnoser.conditions,
@@ -144,7 +144,7 @@ def _by_channel(
                 "noise_sd": CHANNELS[number].noise_sd,
             }
         )
-    return told
+    return gains
 
 
 def _rows(channel: int, diagnoser: Diagnoser) -> list[int]:
@@ -163,25 +163,25 @@ def _healthy_sd(corpus: Corpus) -> NDArray[np.float64]:
     return cast("NDArray[np.float64]", np.concatenate(healthy).std(axis=0, dtype=np.float64))
 
 
-def _line(row: Told) -> str:
+def _line(row: Row) -> str:
     return f"{row['scheme']:<48} macro-F1 {row['macro_f1']:.3f}"
 
 
-def _worst(channels: Iterable[Told]) -> Iterable[str]:
-    ours = [each for each in channels if _told_by_lab(each, "paired")]
-    for each in sorted(ours, key=lambda told: -told["gain"])[:5]:
+def _worst(channels: Iterable[Row]) -> Iterable[str]:
+    ours = [each for each in channels if _is_trained_in_lab(each, "paired")]
+    for each in sorted(ours, key=lambda row: -row["gain"])[:5]:
         yield f"  {each['channel']:<10} as in lab wins back {each['gain']:+.3f} (paired, lab model)"
 
 
-def _told_by_lab(told: Told, residual: str) -> bool:
-    return (told["residual"], told["trained"]) == (residual, "lab")
+def _is_trained_in_lab(row: Row, residual: str) -> bool:
+    return (row["residual"], row["trained"]) == (residual, "lab")
 
 
-def _figure(channels: list[Told]) -> go.Figure:
+def _figure(channels: list[Row]) -> go.Figure:
     """What each channel wins back, of the models trained in lab."""
     figure = go.Figure()
     for residual, colour in RESIDUAL_COLOURS.items():
-        chosen = [each for each in channels if _told_by_lab(each, residual)]
+        chosen = [each for each in channels if _is_trained_in_lab(each, residual)]
         figure.add_bar(
             y=[each["channel"] for each in chosen], x=[each["gain"] for each in chosen],
             name=residual, orientation="h", marker_color=colour,

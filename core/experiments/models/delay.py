@@ -15,23 +15,24 @@ from core.diagnosis.diagnosis import Diagnosis
 from core.diagnosis.naming import named_at
 from core.diagnosis.scores import scores
 from core.experiments.drawing import RESIDUAL_COLOURS, axis, finish
-from core.experiments.models.fresh import FIRST_SEED, ONSET_S, SEVERITIES, fresh_runs, shipped
+from core.experiments.models.fresh import FRESH_ONSET_S, FRESH_SEVERITIES, fresh_runs, shipped
 from core.experiments.results import Progress, Result
 from core.fmea.catalogue import class_ids
+from core.seeds import FRESH_SEED
 from core.twin.flight import fly_pair
 
 REPEATS, QUICK_REPEATS = 3, 1
 QUICK_SEVERITIES = (0.6,)
 
-Told = dict[str, Any]
+Row = dict[str, Any]
 
 
 def run(quick: bool, progress: Progress) -> Result:
     """Fly, diagnose and tell; raises `FlightError`, or `MirrorTwinError` where no model is."""
     diagnosers = shipped()
-    severities = QUICK_SEVERITIES if quick else SEVERITIES
+    severities = QUICK_SEVERITIES if quick else FRESH_SEVERITIES
     runs = list(fresh_runs(QUICK_REPEATS if quick else REPEATS, severities))
-    flown: dict[str, list[Told]] = {residual: [] for residual in diagnosers}
+    flown: dict[str, list[Row]] = {residual: [] for residual in diagnosers}
     for done, each in enumerate(runs, start=1):
         pair = fly_pair(each.plan, each.fault)
         for residual, diagnoser in diagnosers.items():
@@ -41,13 +42,13 @@ def run(quick: bool, progress: Progress) -> Result:
                     "mode": each.fault.mode,
                     "severity": each.fault.severity,
                     "top": diagnosis.top,
-                    "delay_s": named_after(diagnosis, each.fault.mode, ONSET_S),
+                    "delay_s": named_after(diagnosis, each.fault.mode, FRESH_ONSET_S),
                 }
             )
         progress(done / len(runs))
     rows = [
-        _row(residual, severity, [each for each in told if each["severity"] == severity])
-        for residual, told in flown.items()
+        _row(residual, severity, [each for each in flights if each["severity"] == severity])
+        for residual, flights in flown.items()
         for severity in severities
     ]
     return Result(
@@ -55,16 +56,16 @@ def run(quick: bool, progress: Progress) -> Result:
         settings={
             "quick": quick,
             "conditions": "lab",
-            "first_seed": FIRST_SEED,
+            "first_seed": FRESH_SEED,
             "runs": len(runs),
-            "onset_s": ONSET_S,
+            "onset_s": FRESH_ONSET_S,
             "models": {name: diagnoser.name for name, diagnoser in diagnosers.items()},
         },
         findings={
             "rows": rows,
-            "by_mode": {name: _by_mode(told) for name, told in flown.items()},
+            "by_mode": {name: _by_mode(flights) for name, flights in flown.items()},
         },
-        figure=_figure({name: _by_mode(told) for name, told in flown.items()}),
+        figure=_figure({name: _by_mode(flights) for name, flights in flown.items()}),
         summary=tuple(map(_line, rows)),
     )
 
@@ -76,38 +77,38 @@ def named_after(diagnosis: Diagnosis, mode: str, onset_s: float) -> float | None
     return None if named_s is None else named_s - onset_s
 
 
-def _row(residual: str, severity: float, told: list[Told]) -> Told:
+def _row(residual: str, severity: float, flights: list[Row]) -> Row:
     classes = class_ids()
-    truth = np.array([classes.index(each["mode"]) for each in told])
-    found = np.array([classes.index(each["top"]) for each in told])
+    truth = np.array([classes.index(each["mode"]) for each in flights])
+    found = np.array([classes.index(each["top"]) for each in flights])
     scored = scores(truth, found, classes)
     return {
         "residual": residual,
         "severity": severity,
-        "runs": len(told),
+        "runs": len(flights),
         **{name: scored[name] for name in ("accuracy", "macro_f1", "per_class_f1", "confused")},
-        **_delays([each for each in told if each["mode"] != "nominal"]),
+        **_delays([each for each in flights if each["mode"] != "nominal"]),
     }
 
 
-def _delays(told: list[Told]) -> Told:
-    delays = [each["delay_s"] for each in told if each["delay_s"] is not None]
+def _delays(flights: list[Row]) -> Row:
+    delays = [each["delay_s"] for each in flights if each["delay_s"] is not None]
     return {
         "median_delay_s": median(delays) if delays else None,
         "worst_delay_s": max(delays, default=None),
-        "never_named_share": 1.0 - len(delays) / len(told) if told else None,
+        "never_named_share": 1.0 - len(delays) / len(flights) if flights else None,
     }
 
 
-def _by_mode(told: list[Told]) -> dict[str, Told]:
+def _by_mode(flights: list[Row]) -> dict[str, Row]:
     return {
-        mode: _delays([each for each in told if each["mode"] == mode])
+        mode: _delays([each for each in flights if each["mode"] == mode])
         for mode in class_ids()
         if mode != "nominal"
     }
 
 
-def _line(row: Told) -> str:
+def _line(row: Row) -> str:
     delay = "-" if row["median_delay_s"] is None else f"{row['median_delay_s']:.0f} s"
     return (
         f"{row['residual']:<10} severity {row['severity']:.1f}: verdicts' macro-F1 "
@@ -116,7 +117,7 @@ def _line(row: Told) -> str:
     )
 
 
-def _figure(by_mode: dict[str, dict[str, Told]]) -> go.Figure:
+def _figure(by_mode: dict[str, dict[str, Row]]) -> go.Figure:
     """Median delay by fault; a fault that was never named has no bar."""
     figure = go.Figure()
     for residual, modes in by_mode.items():

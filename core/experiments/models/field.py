@@ -3,7 +3,7 @@
 Nothing is given away: the flights have wind and gusts, the fault begins at any time, and the
 diagnosis has to find out that, when and what. Flights have seeds of their own. The score is taken
 on one set; whatever was chosen (`core.diagnosis.predict`, `core.residual.departure`) was chosen on
-another, that of ``VALIDATION_SEED``, or on those of `core.experiments.models.healthy`.
+another, that of ``FIELD_VALIDATION_SEED``, or on those of `core.experiments.models.healthy`.
 """
 
 from collections.abc import Iterator
@@ -20,15 +20,14 @@ from core.experiments.drawing import BLUE, axis, finish
 from core.experiments.results import Progress, Result
 from core.fmea.catalogue import catalogue, class_ids
 from core.fmea.fault import Fault
+from core.seeds import FIELD_SEED
 from core.twin.flight import fly_pair
 from core.twin.plan import Plan, Weather
 
-FIRST_SEED = 2_100_000
-VALIDATION_SEED = 2_200_000
 REPEATS, QUICK_REPEATS = 6, 1
 HEALTHY, QUICK_HEALTHY = 40, 2
-SEVERITY = (0.3, 1.0)
-ONSET_S = (60.0, 600.0)
+FIELD_SEVERITY_RANGE = (0.3, 1.0)
+FIELD_ONSET_RANGE_S = (60.0, 600.0)
 AFTER_S = 300.0
 """Every flight goes on for five minutes after its onset."""
 
@@ -58,7 +57,7 @@ def field_flights(first_seed: int, repeats: int, healthy: int) -> Iterator[Field
 def _flight(seed: int, mode_id: str) -> FieldFlight:
     rng = np.random.default_rng([seed, 0xF1E1])
     mode = catalogue()[mode_id]
-    onset_s = round(float(rng.uniform(*ONSET_S)), 1)
+    onset_s = round(float(rng.uniform(*FIELD_ONSET_RANGE_S)), 1)
     weather = Weather(
         isa_deviation_degc=round(float(rng.uniform(-15.0, 22.0)), 1),
         wind_kt=round(float(rng.uniform(0.0, 25.0)), 1),
@@ -70,7 +69,7 @@ def _flight(seed: int, mode_id: str) -> FieldFlight:
     )
     fault = Fault(
         mode=mode_id,
-        severity=0.0 if mode_id == NOMINAL else round(float(rng.uniform(*SEVERITY)), 3),
+        severity=0.0 if mode_id == NOMINAL else round(float(rng.uniform(*FIELD_SEVERITY_RANGE)), 3),
         onset_s=onset_s,
         cylinder=None if mode.whole_engine else int(rng.choice(4, p=mode.prior)) + 1,
     )
@@ -82,7 +81,7 @@ def run(quick: bool, progress: Progress) -> Result:
     diagnoser = load_diagnoser(conditions="field")
     flights = list(
         field_flights(
-            FIRST_SEED,
+            FIELD_SEED,
             QUICK_REPEATS if quick else REPEATS,
             QUICK_HEALTHY if quick else HEALTHY,
         )
@@ -98,10 +97,10 @@ def run(quick: bool, progress: Progress) -> Result:
         settings={
             "quick": quick,
             "conditions": "field",
-            "first_seed": FIRST_SEED,
+            "first_seed": FIELD_SEED,
             "flights": len(flights),
-            "severity": list(SEVERITY),
-            "onset_s": list(ONSET_S),
+            "severity": list(FIELD_SEVERITY_RANGE),
+            "onset_s": list(FIELD_ONSET_RANGE_S),
             "flown_on_s": AFTER_S,
             "turbulence": {f"{level:g}": share for level, share in TURBULENCE.items()},
             "model": diagnoser.name,

@@ -7,12 +7,12 @@ from core.diagnosis.predict import Diagnoser, Residual, load_diagnoser
 from core.errors import MirrorTwinError
 from core.fmea.catalogue import class_ids
 from core.fmea.fault import Fault
+from core.seeds import FRESH_SEED
 from core.twin.plan import Plan
 
-FIRST_SEED = 800_000
-ONSET_S = 60.0
-DURATION_S = 200.0
-SEVERITIES = (0.3, 0.6, 1.0)
+FRESH_ONSET_S = 60.0
+FRESH_DURATION_S = 200.0
+FRESH_SEVERITIES = (0.3, 0.6, 1.0)
 
 RESIDUALS: tuple[Residual, ...] = ("paired", "surrogate")
 
@@ -25,14 +25,16 @@ class FreshRun:
     fault: Fault
 
 
-def fresh_runs(repeats: int, severities: tuple[float, ...] = SEVERITIES) -> Iterator[FreshRun]:
+def fresh_runs(
+    repeats: int, severities: tuple[float, ...] = FRESH_SEVERITIES
+) -> Iterator[FreshRun]:
     """Every fault at every severity, ``repeats`` flights each; healthy ones as many."""
-    seed = FIRST_SEED
+    seed = FRESH_SEED
     for mode in class_ids():
         for severity in severities:
             for _ in range(repeats):
-                plan = Plan.sampled(seed, duration_s=DURATION_S)
-                yield FreshRun(plan, Fault(mode, severity, ONSET_S))
+                plan = Plan.sampled(seed, duration_s=FRESH_DURATION_S)
+                yield FreshRun(plan, Fault(mode, severity, FRESH_ONSET_S))
                 seed += 1
 
 

@@ -15,15 +15,15 @@ from core.files import whole_file
 from core.fmea.fault import Fault
 from core.provenance import provenance
 from core.residual.healthy import KINDS, NAME, HealthyResidual, Kind, readable, steps
+from core.seeds import HEALTHY_SEED
 from core.twin.flight import fly_pair
 from core.twin.plan import Plan, Weather
 
-FIRST_SEED = 2_000_000
 LEVELS = (0.0, 1.0, 2.0, 3.0, 4.0)
 FLIGHTS = 8
 """Flights of each kind at each level."""
 
-DURATION_S = 1200.0
+HEALTHY_DURATION_S = 1200.0
 
 NOMINAL = Fault("nominal", 0.0)
 
@@ -31,7 +31,7 @@ NOMINAL = Fault("nominal", 0.0)
 def healthy_plan(kind: Kind, turbulence: float, seed: int) -> Plan:
     """The plan of that seed: a cruise of the paper's box in any wind, or a training flight."""
     if kind == "manoeuvres":
-        plan = field_plan(seed, {**load_distribution(), "duration_s": DURATION_S})
+        plan = field_plan(seed, {**load_distribution(), "duration_s": HEALTHY_DURATION_S})
         return replace(plan, weather=replace(plan.weather, turbulence=turbulence))
     rng = np.random.default_rng([seed, 0x4EA2])
     weather = Weather(
@@ -40,13 +40,13 @@ def healthy_plan(kind: Kind, turbulence: float, seed: int) -> Plan:
         wind_from_deg=round(float(rng.uniform(0.0, 360.0)), 1),
         turbulence=turbulence,
     )
-    plan = Plan.sampled(seed, duration_s=DURATION_S)
+    plan = Plan.sampled(seed, duration_s=HEALTHY_DURATION_S)
     return replace(plan, conditions="field", weather=weather)
 
 
 def healthy_plans(flights: int = FLIGHTS) -> Iterator[tuple[Kind, float, Plan]]:
     """Every flight with its kind and its level of turbulence."""
-    seed = FIRST_SEED
+    seed = HEALTHY_SEED
     for kind in KINDS:
         for level in LEVELS:
             for _ in range(flights):
@@ -66,10 +66,10 @@ def make_healthy(
             progress(done / len(planned))
 
     origin = {
-        "first_seed": FIRST_SEED,
+        "first_seed": HEALTHY_SEED,
         "flights_a_level": flights,
         "levels": list(LEVELS),
-        "duration_s": DURATION_S,
+        "duration_s": HEALTHY_DURATION_S,
         "provenance": provenance(),
     }
     healthy = HealthyResidual.fitted(flown(), origin)

@@ -18,29 +18,38 @@ from core.clock import DT_S
 from core.diagnosis.diagnosis import Diagnosis
 from core.diagnosis.predict import Diagnoser, Residual
 from core.experiments.drawing import RESIDUAL_COLOURS, axis, finish
-from core.experiments.models.fresh import DURATION_S, FIRST_SEED, ONSET_S, fresh_runs, shipped
+from core.experiments.models.fresh import FRESH_DURATION_S, FRESH_ONSET_S, fresh_runs, shipped
 from core.experiments.results import Progress, Result
 from core.fmea.fault import Fault
+from core.seeds import FRESH_SEED, UNKNOWN_SEED
 from core.twin.flight import fly_pair
 from core.twin.plan import Plan, Weather
 from core.twin.trajectory import Pair, Trajectory
 
-UNKNOWN_SEED = FIRST_SEED + 50_000
 REPEATS, QUICK_REPEATS = 3, 1
 
 STUCK = ("E1 OilT", "E1 CHT3", "E1 EGT2", "AltMSL", "volt1", "E1 RPM")
 TOGETHER = (
-    (Fault("baffle_crack", 0.8, ONSET_S, 1), Fault("oil_cooler_maintenance", 0.8, ONSET_S)),
-    (Fault("baffle_seal", 0.8, ONSET_S), Fault("rocker_cover_leak", 0.8, ONSET_S)),
-    (Fault("intake_gasket_leak", 0.8, ONSET_S, 2), Fault("engine_seal_loose", 0.8, ONSET_S)),
-    (Fault("baffle_plug", 0.8, ONSET_S, 4), Fault("cylinder_compression", 0.8, ONSET_S, 2)),
+    (
+        Fault("baffle_crack", 0.8, FRESH_ONSET_S, 1),
+        Fault("oil_cooler_maintenance", 0.8, FRESH_ONSET_S),
+    ),
+    (Fault("baffle_seal", 0.8, FRESH_ONSET_S), Fault("rocker_cover_leak", 0.8, FRESH_ONSET_S)),
+    (
+        Fault("intake_gasket_leak", 0.8, FRESH_ONSET_S, 2),
+        Fault("engine_seal_loose", 0.8, FRESH_ONSET_S),
+    ),
+    (
+        Fault("baffle_plug", 0.8, FRESH_ONSET_S, 4),
+        Fault("cylinder_compression", 0.8, FRESH_ONSET_S, 2),
+    ),
 )
 OUTSIDE = (
-    Fault("baffle_crack", 0.8, ONSET_S),
-    Fault("oil_cooler_maintenance", 0.8, ONSET_S),
-    Fault("intake_gasket_leak", 0.8, ONSET_S),
-    Fault("cylinder_compression", 0.8, ONSET_S),
-    Fault("nominal", 0.0, ONSET_S),
+    Fault("baffle_crack", 0.8, FRESH_ONSET_S),
+    Fault("oil_cooler_maintenance", 0.8, FRESH_ONSET_S),
+    Fault("intake_gasket_leak", 0.8, FRESH_ONSET_S),
+    Fault("cylinder_compression", 0.8, FRESH_ONSET_S),
+    Fault("nominal", 0.0, FRESH_ONSET_S),
 )
 
 Flight = tuple[Plan, Pair]
@@ -63,16 +72,16 @@ def run(quick: bool, progress: Progress) -> Result:
                 found[residual].setdefault(group, []).append(diagnoser.diagnose(pair, plan))
         progress((done + 1) / len(groups))
     rows = [
-        _row(residual, group, told, found[residual]["known"], diagnosers[residual])
+        _row(residual, group, diagnoses, found[residual]["known"], diagnosers[residual])
         for residual in found
-        for group, told in found[residual].items()
+        for group, diagnoses in found[residual].items()
     ]
     return Result(
         name="unknown",
         settings={
             "quick": quick,
             "conditions": "lab",
-            "first_seeds": {"known": FIRST_SEED, "unknown": UNKNOWN_SEED},
+            "first_seeds": {"known": FRESH_SEED, "unknown": UNKNOWN_SEED},
             "threshold": "the energy that 1 % of validation windows exceed (see the model's card)",
             "models": {name: diagnoser.name for name, diagnoser in diagnosers.items()},
         },
@@ -88,9 +97,9 @@ def _known(repeats: int) -> Iterator[Flight]:
 
 
 def _stuck(repeats: int) -> Iterator[Flight]:
-    row = round(ONSET_S / DT_S)
+    row = round(FRESH_ONSET_S / DT_S)
     for number, (name, _) in enumerate((name, each) for name in STUCK for each in range(repeats)):
-        plan = Plan.sampled(UNKNOWN_SEED + number, duration_s=DURATION_S)
+        plan = Plan.sampled(UNKNOWN_SEED + number, duration_s=FRESH_DURATION_S)
         pair = fly_pair(plan, Fault("nominal"))
         channels = pair.faulted.channels.copy()
         channels[row:, CHANNEL_INDEX[name]] = channels[row, CHANNEL_INDEX[name]]
@@ -100,7 +109,7 @@ def _stuck(repeats: int) -> Iterator[Flight]:
 def _together(repeats: int) -> Iterator[Flight]:
     couples = [couple for couple in TOGETHER for _ in range(repeats)]
     for number, (first, second) in enumerate(couples, start=1000):
-        plan = Plan.sampled(UNKNOWN_SEED + number, duration_s=DURATION_S)
+        plan = Plan.sampled(UNKNOWN_SEED + number, duration_s=FRESH_DURATION_S)
         one, other = fly_pair(plan, first), fly_pair(plan, second)
         both = one.faulted.channels + other.residual
         yield plan, Pair(_logged(one.faulted, both), one.mirror)
@@ -110,8 +119,8 @@ def _outside(repeats: int) -> Iterator[Flight]:
     faults = [fault for fault in OUTSIDE for _ in range(repeats)]
     for number, fault in enumerate(faults, start=2000):
         plan = Plan(
-            altitude_ft=8500.0, speed_kt=85.0, duration_s=DURATION_S, seed=UNKNOWN_SEED + number,
-            weather=Weather(isa_deviation_degc=-18.0),
+            altitude_ft=8500.0, speed_kt=85.0, duration_s=FRESH_DURATION_S,
+            seed=UNKNOWN_SEED + number, weather=Weather(isa_deviation_degc=-18.0),
         )  # fmt: skip
         yield plan, fly_pair(plan, fault)
 
@@ -123,11 +132,11 @@ def _logged(flight: Trajectory, channels: Any) -> Trajectory:
 def _row(
     residual: str,
     group: str,
-    told: list[Diagnosis],
+    diagnoses: list[Diagnosis],
     known: list[Diagnosis],
     diagnoser: Diagnoser,
 ) -> dict[str, Any]:
-    energies, usual = _energies(told), _energies(known)
+    energies, usual = _energies(diagnoses), _energies(known)
     separation = None
     if group != "known":
         truth = np.r_[np.zeros(len(usual)), np.ones(len(energies))]
@@ -135,18 +144,18 @@ def _row(
     return {
         "residual": residual,
         "group": group,
-        "runs": len(told),
-        "refused_share": float(np.mean([each.none_of_these for each in told])),
+        "runs": len(diagnoses),
+        "refused_share": float(np.mean([each.none_of_these for each in diagnoses])),
         "separation_auroc": separation,
         "threshold": float(diagnoser.calibration.threshold)
         if np.isfinite(diagnoser.calibration.threshold)
         else None,
-        "taken_for": _counts([each.top for each in told]),
+        "taken_for": _counts([each.top for each in diagnoses]),
     }
 
 
-def _energies(told: list[Diagnosis]) -> Any:
-    return np.array([each.energy for each in told])
+def _energies(diagnoses: list[Diagnosis]) -> Any:
+    return np.array([each.energy for each in diagnoses])
 
 
 def _counts(names: list[str]) -> dict[str, int]:

@@ -10,9 +10,9 @@ from plotly.subplots import make_subplots
 from core.clock import DT_S
 from core.experiments.drawing import FONT, Array, axis, finish, mark_onset
 from core.experiments.paper.representative import (
+    FIGURES_ONSET_S,
     LINES,
     NOMINAL,
-    ONSET_S,
     REPRESENTATIVE,
     fly_modes,
     plan_for,
@@ -93,7 +93,9 @@ def draw(pairs: Mapping[str, Pair], plan: Plan) -> go.Figure:
     )
     for mode, pair in pairs.items():
         _add_path(figure, mode, pair)
-    onset_nm = float(_along_nm(next(iter(pairs.values())).mirror)[round(ONSET_S / DT_S) // _EVERY])
+    onset_nm = float(
+        _along_nm(next(iter(pairs.values())).mirror)[round(FIGURES_ONSET_S / DT_S) // _EVERY]
+    )
     mark_onset(figure, onset_nm, panels=2)
     figure.update_xaxes(axis(title="Distance flown (nm)"), col=2)
     figure.update_yaxes(axis(title="Altitude (ft)", tickformat=",d"), row=1, col=2)

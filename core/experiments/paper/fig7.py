@@ -11,9 +11,9 @@ from core.clock import DT_S
 from core.experiments.drawing import Array, axis, clock_axis, finish, mark_onset, means
 from core.experiments.paper.representative import (
     CYLINDER,
+    FIGURES_ONSET_S,
     LINES,
     NOMINAL,
-    ONSET_S,
     REPRESENTATIVE,
     fly_modes,
     plan_for,
@@ -85,7 +85,7 @@ def draw(pairs: Mapping[str, Pair], plan: Plan) -> go.Figure:
         _add_channel(figure, row, name, pairs)
     figure.update_xaxes(clock_axis(plan.duration_s))
     figure.update_xaxes(title_text="Flight time (mm:ss)", row=rows)
-    mark_onset(figure, ONSET_S, panels=2 * rows)
+    mark_onset(figure, FIGURES_ONSET_S, panels=2 * rows)
     return finish(figure, 1200, 1300, hovermode="x unified")
 
 

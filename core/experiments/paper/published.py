@@ -1,11 +1,10 @@
 """The paper's own numbers, read from ``assets/paper/tables.toml``."""
 
-import tomllib
 from collections.abc import Iterable, Mapping
 from functools import cache
 from typing import Any
 
-from core.errors import InputError
+from core.files import read_toml
 from core.paths import DATA
 
 PAPER = DATA / "paper" / "tables.toml"
@@ -16,10 +15,7 @@ Row = Mapping[str, Any]
 @cache
 def paper_tables() -> Mapping[str, Any]:
     """The whole file; raises `InputError` if it cannot be read."""
-    try:
-        return tomllib.loads(PAPER.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise InputError("paper", f"cannot read {PAPER}: {error}") from None
+    return read_toml(PAPER, "paper")
 
 
 def beside_paper(

@@ -21,10 +21,10 @@ REPRESENTATIVE: tuple[str, ...] = (
     "intake_gasket_leak",
 )  # fmt: skip
 
-SEVERITY = 0.8
-ONSET_S = 60.0
+FIGURES_SEVERITY = 0.8
+FIGURES_ONSET_S = 60.0
 CYLINDER = 1
-PLAN = Plan(altitude_ft=5000.0, speed_kt=100.0, heading_deg=60.0, duration_s=300.0, seed=1)
+FIGURES_PLAN = Plan(altitude_ft=5000.0, speed_kt=100.0, heading_deg=60.0, duration_s=300.0, seed=1)
 
 LINES: dict[str, Line] = {
     NOMINAL: Line(GREY, "solid", 5.0),
@@ -39,12 +39,12 @@ LINES: dict[str, Line] = {
 
 def plan_for(quick: bool) -> Plan:
     """The plan flown; a quick look flies half of it."""
-    return replace(PLAN, duration_s=150.0) if quick else PLAN
+    return replace(FIGURES_PLAN, duration_s=150.0) if quick else FIGURES_PLAN
 
 
 def fault_of(mode: str) -> Fault:
     """The fault injected for ``mode``."""
-    return Fault(mode, SEVERITY, ONSET_S, CYLINDER)
+    return Fault(mode, FIGURES_SEVERITY, FIGURES_ONSET_S, CYLINDER)
 
 
 def fly_modes(plan: Plan, modes: Iterable[str], progress: Progress) -> dict[str, Pair]:
@@ -74,7 +74,7 @@ def settings(plan: Plan, quick: bool) -> dict[str, Any]:
         "power": plan.power,
         "seeds": [plan.seed],
         "plan": plan.to_dict(),
-        "severity": SEVERITY,
-        "onset_s": ONSET_S,
+        "severity": FIGURES_SEVERITY,
+        "onset_s": FIGURES_ONSET_S,
         "cylinder": CYLINDER,
     }

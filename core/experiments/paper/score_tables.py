@@ -47,13 +47,13 @@ def score_result(
 
 
 def _line(row: Row) -> str:
-    ours, theirs = _told(row["macro_f1"]), _told(row["paper_macro_f1"])
+    ours, theirs = _printed(row["macro_f1"]), _printed(row["paper_macro_f1"])
     spread = row.get("macro_f1_sd")
     around = f" ± {spread:.3f}" if spread is not None else ""
     return f"{row['scheme']:<42} macro-F1 {ours}{around}   paper: {theirs}"
 
 
-def _told(value: float | None) -> str:
+def _printed(value: float | None) -> str:
     return "  -  " if value is None else f"{value:.3f}"
 
 

@@ -1,18 +1,16 @@
-"""Table 2: four feature modes times six classifiers (paper section 6.4)."""
+"""Table 2: every feature mode times every classifier (paper section 6.4)."""
 
 from typing import Any, Unpack
 
 import numpy as np
 
+from core.diagnosis.classifiers import CLASSIFIERS, cheapest_first
 from core.diagnosis.features import FEATURE_MODES
-from core.diagnosis.settings import CLASSIFIERS
 from core.experiments.paper.published import Row, beside_paper, paper_tables
 from core.experiments.paper.score_tables import score_result
-from core.experiments.paper.trainings import Where, open_bench, scored, told
+from core.experiments.paper.trainings import Where, cell_summary, open_bench, scored
 from core.experiments.results import Progress, Result
 from core.model_card import Card
-
-CHEAPEST_FIRST = ("svm", "rf", "cnn", "resnet", "lstm", "transformer")
 
 TITLES = {
     "paired": "Paired-mirror residuals",
@@ -30,13 +28,13 @@ def run(quick: bool, progress: Progress, **where: Unpack[Where]) -> Result:
     bench = open_bench(quick, progress, **where)
     cells = {
         (mode, classifier): bench.cell(feature_mode=mode, classifier=classifier)
-        for classifier in CHEAPEST_FIRST
+        for classifier in cheapest_first()
         for mode in FEATURE_MODES
     }
     cards = bench.filled(cells.values(), progress)
     found = {place: cards[cell.key] for place, cell in cells.items()}
     rows = [
-        _row(f"{TITLES[mode]} + {CLASSIFIERS[classifier]}", card)
+        _row(f"{TITLES[mode]} + {CLASSIFIERS[classifier].title}", card)
         for (mode, classifier), card in found.items()
     ]
     rows.sort(key=lambda row: -(row["macro_f1"] or 0.0))
@@ -47,7 +45,7 @@ def run(quick: bool, progress: Progress, **where: Unpack[Where]) -> Result:
         beside_paper("table2", rows, MEASURES),
         {"seeds": [0]},
         {"ranges": ranges, "paper_ranges": paper_tables()["table2_ranges"]},
-        (_told(ranges),),
+        (_summary_line(ranges),),
     )
 
 
@@ -57,7 +55,7 @@ def _row(scheme: str, card: Card | None) -> dict[str, Any]:
         per_class = list(card["scores"]["test_windows"]["per_class_f1"].values())
         spread = float(np.std(per_class))
     row: dict[str, Any] = {"scheme": scheme, **scored(card), "per_class_f1_sd": spread}
-    return row | {"runs": [told(card)] if card is not None else []}
+    return row | {"runs": [cell_summary(card)] if card is not None else []}
 
 
 def _ranges(found: dict[tuple[str, str], Card | None]) -> dict[str, float | None]:
@@ -74,7 +72,7 @@ def _range(values: list[float | None]) -> float | None:
     return max(known) - min(known) if len(known) == len(values) else None
 
 
-def _told(ranges: Row) -> str:
+def _summary_line(ranges: Row) -> str:
     if ranges["ratio"] is None:
         return "feature mode against classifier: not all cells were run"
     return (

@@ -5,7 +5,7 @@ from typing import Unpack
 from core.diagnosis.features import FEATURE_ROWS, Inputs
 from core.experiments.paper.published import beside_paper
 from core.experiments.paper.score_tables import score_result
-from core.experiments.paper.trainings import SCORES, Where, open_bench, scored, told
+from core.experiments.paper.trainings import SCORES, Where, cell_summary, open_bench, scored
 from core.experiments.results import Progress, Result
 
 MODES = {"paired": "baseline", "surrogate": "surrogate"}
@@ -37,6 +37,6 @@ def run(quick: bool, progress: Progress, **where: Unpack[Where]) -> Result:
     for (mode, inputs), cell in cells.items():
         card = cards[cell.key]
         row = {"scheme": f"{TITLES[inputs]} ({MODES[mode]})", **scored(card)}
-        rows.append(row | {"runs": [told(card)] if card is not None else []})
+        rows.append(row | {"runs": [cell_summary(card)] if card is not None else []})
     settings = {"seeds": [0], "states_only": "one cell for both rows: it sees no residual"}
     return score_result("table3", bench, beside_paper("table3", rows, SCORES), settings)

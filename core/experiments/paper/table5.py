@@ -17,11 +17,12 @@ import numpy as np
 import plotly.graph_objects as go
 import torch
 
+from core.arrays import Array32
 from core.channels import CHANNELS, N_CHANNELS
 from core.diagnosis.features import FEATURE_MODES, FeatureMode, Normalisation, n_features
 from core.diagnosis.networks import Cnn1d
 from core.diagnosis.trainer import device_name
-from core.experiments.cost.bench import bare_loop_s
+from core.experiments.cost.bench import MEASURED_PLAN, bare_loop_s
 from core.experiments.drawing import BLUE, GREEN, GREY, ORANGE, axis, finish
 from core.experiments.paper.published import beside_paper
 from core.experiments.results import Progress, Result
@@ -32,11 +33,9 @@ from core.residual.gru import GruNetwork
 from core.residual.surrogate import CHUNK, Surrogate
 from core.residual.window import WINDOW_STEPS
 from core.twin.flight import fly, fly_pair
-from core.twin.plan import Plan
-from core.twin.trajectory import Array32, Pair, Trajectory
+from core.twin.trajectory import Pair, Trajectory
 
 ROUNDS, QUICK_ROUNDS = 15, 3
-PLAN = Plan(altitude_ft=5000.0, speed_kt=100.0, duration_s=300.0)
 FAULT = Fault("cylinder_compression", severity=0.8, onset_s=200.0)
 
 LEAD_STEPS = 2 * CHUNK
@@ -62,7 +61,7 @@ def run(quick: bool, progress: Progress) -> Result:
     """Measure; raises `FlightError`."""
     torch.set_num_threads(1)
     rounds = QUICK_ROUNDS if quick else ROUNDS
-    pair = fly_pair(PLAN, FAULT)
+    pair = fly_pair(MEASURED_PLAN, FAULT)
     surrogate = _surrogate(pair)
     schemes = [_scheme(mode, pair) for mode in FEATURE_MODES.values()]
     for scheme in schemes:
@@ -70,7 +69,7 @@ def run(quick: bool, progress: Progress) -> Result:
     bare_ms: list[float] = []
     times: dict[str, list[dict[str, float]]] = {scheme.mode.name: [] for scheme in schemes}
     for done in range(rounds):
-        bare_ms.append(1e3 * bare_loop_s(PLAN))
+        bare_ms.append(1e3 * bare_loop_s(MEASURED_PLAN))
         for scheme in schemes:
             times[scheme.mode.name].append(_timed(scheme, pair, surrogate))
         progress((done + 1) / rounds)
@@ -79,12 +78,12 @@ def run(quick: bool, progress: Progress) -> Result:
     for row in rows:
         row["times_faster_than_paper"] = row["paper_total_ms"] / row["total_ms"]
     return Result(
-        name=f"table5-{PLAN.conditions}",
+        name=f"table5-{MEASURED_PLAN.conditions}",
         settings={
             "quick": quick,
             "rounds": rounds,
-            "conditions": PLAN.conditions,
-            "plan": PLAN.to_dict(),
+            "conditions": MEASURED_PLAN.conditions,
+            "plan": MEASURED_PLAN.to_dict(),
             "fault": FAULT.to_dict(),
             "device": device_name(),
             "time": "CPU milliseconds of one thread, medians over the rounds",
@@ -122,7 +121,7 @@ def _timed(scheme: Scheme, pair: Pair, surrogate: Surrogate) -> dict[str, float]
     mode = scheme.mode
     flight, mirror, mirror_ms = pair.faulted, pair.mirror, 0.0
     if mode.name == "paired":
-        mirror, mirror_ms = _clocked(lambda: fly(PLAN))
+        mirror, mirror_ms = _clocked(lambda: fly(MEASURED_PLAN))
     window = slice(len(flight) - WINDOW_STEPS, len(flight))
 
     def features() -> Array32:
@@ -150,7 +149,7 @@ def _timed(scheme: Scheme, pair: Pair, surrogate: Surrogate) -> dict[str, float]
 def _predicted_away(flight: Trajectory, surrogate: Surrogate) -> Array32:
     """The surrogate's residual in the last window, (1500, 23)."""
     first = len(flight) - WINDOW_STEPS - LEAD_STEPS
-    commanded = controls(PLAN, first, len(flight) - first)
+    commanded = controls(MEASURED_PLAN, first, len(flight) - first)
     residual: Array32 = surrogate.smoothed(flight.channels[first:], commanded)[LEAD_STEPS:]
     return residual
 

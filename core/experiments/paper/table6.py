@@ -37,14 +37,12 @@ from core.report.grounded import Done, write_grounded
 from core.report.write.endpoint import Endpoint
 from core.report.write.local_model import local_model, model_file
 from core.report.write.writers import ModelWriter, TemplateWriter, Writer
+from core.seeds import TABLE6_SEED
 from core.twin.flight import fly_pair
 from core.twin.plan import Plan
 
-FIRST_SEED = 700_000
-"""Seeds of these flights: in no training, validation or test set."""
-
-SEVERITIES = (0.4, 0.7, 1.0)
-ONSET_S = 60.0
+TABLE6_SEVERITIES = (0.4, 0.7, 1.0)
+TABLE6_ONSET_S = 60.0
 
 RUNS_PER_CLASS, QUICK_CLASSES = 3, 4
 MEASURES = ("ccc", "sec", "dc", "hr")
@@ -127,8 +125,8 @@ def run(quick: bool, progress: Progress, minutes: float = math.inf) -> Result:
         settings={
             "quick": quick,
             "runs": len(flights),
-            "first_seed": FIRST_SEED,
-            "severities": list(SEVERITIES),
+            "first_seed": TABLE6_SEED,
+            "severities": list(TABLE6_SEVERITIES),
             "conditions": "lab",
             "language_model": model,
             "diagnosed_right": right,
@@ -147,8 +145,10 @@ def _flights(quick: bool) -> Iterator[Flight]:
     per_class = 1 if quick else RUNS_PER_CLASS
     for each in range(per_class):
         for index, mode in enumerate(chosen):
-            severity = SEVERITIES[(index + each) % len(SEVERITIES)]
-            yield Flight(FIRST_SEED + index * per_class + each, Fault(mode, severity, ONSET_S))
+            severity = TABLE6_SEVERITIES[(index + each) % len(TABLE6_SEVERITIES)]
+            yield Flight(
+                TABLE6_SEED + index * per_class + each, Fault(mode, severity, TABLE6_ONSET_S)
+            )
 
 
 @dataclass(frozen=True, slots=True)

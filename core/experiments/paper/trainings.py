@@ -204,10 +204,10 @@ def over_seeds(cards: Iterable[Card | None]) -> dict[str, Any]:
         values = [each[name] for each in scores]
         row[name] = fmean(values) if values else None
         row[f"{name}_sd"] = stdev(values) if len(values) > 1 else None
-    return row | {"seeds_run": len(done), "runs": [told(card) for card in done]}
+    return row | {"seeds_run": len(done), "runs": [cell_summary(card) for card in done]}
 
 
-def told(card: Card) -> dict[str, Any]:
+def cell_summary(card: Card) -> dict[str, Any]:
     """What is kept of a cell in a result: its seed, scores, confusions, cost and origin."""
     training, found = card["training"], card["scores"]["test_windows"]
     return {

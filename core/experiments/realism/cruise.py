@@ -13,10 +13,11 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.stats import median_abs_deviation
 
-from core.channels import CHANNEL_NAMES, CYLINDERS, N_CHANNELS, cht_name, egt_name
+from core.arrays import Array
+from core.channels import CHANNEL_NAMES, N_CHANNELS, cht_name, egt_name
+from core.cylinders import CYLINDERS
 from core.exchange.g1000_reader import Log
 
-Array = NDArray[np.float64]
 Rows = NDArray[np.bool_]
 
 LEVEL_FPM, FAST_KT, CRUISING_RPM = 100.0, 90.0, 1900.0

@@ -1,4 +1,4 @@
-"""Can a classifier tell our field flights from real ones? What it leans on is what to mend.
+"""Can a classifier tell our field flights from real ones? What it relies on is what to correct.
 
 It sees ten seconds of steady cruise at a time, each channel by itself and without its level and
 trend: no altitude, no speed, no season, only how the channel moves from second to second.
@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 from sklearn.ensemble import RandomForestClassifier
 from sklearn.metrics import roc_auc_score
 
+from core.arrays import Array
 from core.channels import CHANNEL_INDEX, CHANNEL_NAMES
 from core.exchange.g1000_reader import Log
 from core.experiments.realism.cruise import steady_stretches
 
-Array = NDArray[np.float64]
 Labels = NDArray[np.int64]
 
-WINDOW_S = 10
+CRUISE_WINDOW_S = 10
 STATISTICS: tuple[str, ...] = (
     "spread about its trend", "step from second to second", "bend from second to second",
     "likeness of successive steps", "seconds without change", "largest step",
@@ -85,8 +85,8 @@ def windows_of(
         for stretch in steady_stretches(flight):
             number += flight.time_s[stretch.start] - until_s > APART_S
             until_s = flight.time_s[stretch.stop - 1]
-            for start in range(stretch.start, stretch.stop - WINDOW_S + 1, WINDOW_S):
-                window = flight.channels[start : start + WINDOW_S, columns]
+            for start in range(stretch.start, stretch.stop - CRUISE_WINDOW_S + 1, CRUISE_WINDOW_S):
+                window = flight.channels[start : start + CRUISE_WINDOW_S, columns]
                 if np.isfinite(window).all():
                     rows.append(statistics(window))
                     groups.append(f"{flight.name} {number}" if by_stretch else flight.name)
@@ -181,7 +181,7 @@ def tell_apart(
 
 
 def tell_own_apart(ours: Sequence[Log], real: Sequence[Log]) -> tuple[float, ...]:
-    """What the same classifier makes of some of ours, told to be the real ones.
+    """What the same classifier makes of some of ours, labelled as the real ones.
 
     Any few aircraft differ from a fleet: an AUC as high as these says no more than that. As many
     flights, with about as many windows, as the real logs have; a new choice each time.
@@ -203,7 +203,7 @@ def tell_own_apart(ours: Sequence[Log], real: Sequence[Log]) -> tuple[float, ...
 
 
 def _n_windows(log: Log) -> int:
-    return sum((rows.stop - rows.start) // WINDOW_S for rows in steady_stretches(log))
+    return sum((rows.stop - rows.start) // CRUISE_WINDOW_S for rows in steady_stretches(log))
 
 
 def _thinned(windows: Windows) -> Windows:

@@ -25,8 +25,8 @@ from core.experiments.realism.cruise import (
     steady_stretches,
 )
 from core.experiments.realism.detector import (
+    CRUISE_WINDOW_S,
     STATISTICS,
-    WINDOW_S,
     Verdict,
     tell_apart,
     tell_own_apart,
@@ -34,13 +34,12 @@ from core.experiments.realism.detector import (
 from core.experiments.realism.figure import draw
 from core.experiments.realism.rows import ChannelRow, CorrelationRow
 from core.experiments.results import Progress, Result
+from core.seeds import REALISM_SEED
 from core.twin.flight import fly
 from core.twin.plan import Plan
 
 NOISE_FACTOR = 1.5
 CORRELATION_WITHIN = 0.25
-FIRST_SEED = 20_000
-
 _A_SECOND = round(1.0 / DT_S)
 _SHARE_FLYING = 0.9
 """Of the work; the rest is reading, measuring and the classifier."""
@@ -70,7 +69,7 @@ def run(quick: bool, progress: Progress, logs: Path = LOGS) -> Result:
             "distribution": distribution,
             "noise_factor": NOISE_FACTOR,
             "correlation_within": CORRELATION_WITHIN,
-            "window_s": WINDOW_S,
+            "window_s": CRUISE_WINDOW_S,
             "statistics": list(STATISTICS),
         },
         findings={
@@ -114,7 +113,7 @@ def sampled_plans(quick: bool) -> list[Plan]:
     """The plans flown, by seed."""
     distribution = load_distribution()
     number = distribution["quick_flights" if quick else "flights"]
-    return [field_plan(FIRST_SEED + k, distribution) for k in range(number)]
+    return [field_plan(REALISM_SEED + k, distribution) for k in range(number)]
 
 
 def _logged(plan: Plan, done: float, progress: Progress) -> Log:

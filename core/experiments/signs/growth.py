@@ -9,19 +9,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from core.arrays import Array, Array32
 from core.fmea.fault import Fault
 from core.twin.flight import fly
 from core.twin.plan import Plan
-from core.twin.trajectory import Array, Array32
 
-SEVERITIES: tuple[float, ...] = (0.3, 0.6, 1.0)
-ONSET_S = 60.0
-PLAN = Plan(altitude_ft=5000.0, speed_kt=100.0, duration_s=300.0, seed=1)
+GROWTH_SEVERITIES: tuple[float, ...] = (0.3, 0.6, 1.0)
+GROWTH_ONSET_S = 60.0
+GROWTH_PLAN = Plan(altitude_ft=5000.0, speed_kt=100.0, duration_s=300.0, seed=1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Growth:
-    """One mode on its usual cylinder at each of `SEVERITIES`.
+    """One mode on its usual cylinder at each of `GROWTH_SEVERITIES`.
 
     ``time_s`` is (n,) at 50 Hz; ``residuals`` holds by severity the (n, 23) paired residual in
     channel units.
@@ -48,13 +48,13 @@ class Growth:
 
 
 def fly_growth(mode: str) -> Growth:
-    """Fly `PLAN` once healthy and once at each severity; raises `InputError` or `FlightError`.
+    """Fly `GROWTH_PLAN` healthy, and at each severity; raises `InputError` or `FlightError`.
 
     In lab conditions one mirror serves all: it shares every pair's sensor noise.
     """
-    mirror = fly(PLAN)
+    mirror = fly(GROWTH_PLAN)
     residuals: dict[float, Array32] = {
-        severity: fly(PLAN, Fault(mode, severity, ONSET_S)).channels - mirror.channels
-        for severity in SEVERITIES
+        severity: fly(GROWTH_PLAN, Fault(mode, severity, GROWTH_ONSET_S)).channels - mirror.channels
+        for severity in GROWTH_SEVERITIES
     }
     return Growth(mode, mirror.time_s, residuals)

@@ -1,24 +1,25 @@
 """The reference that the twin is held against: what each mode does to each channel in cruise.
 
-Read from ``assets/fmea/signatures.toml``, which carries the figures over from the project's fact
-sheets and, apart from them, the entries that we dispute, each with our reason and our own range.
+The knowledge base says it, on the mode's usual cylinder; ``assets/data/fmea/signatures.toml`` holds
+the entries in which the project's fact sheets differ from it, where in a flight a mode is judged,
+and the entries that we dispute, each with our reason and our own range.
 """
 
-import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from core.channels import CHANNEL_INDEX, channel
+from core.channels import CHANNEL_INDEX, CYLINDERS
 from core.errors import InputError
+from core.files import read_toml
 from core.fmea.catalogue import class_ids
+from core.knowledge.knowledge import SIGNS, ModeKnowledge, Sign, knowledge
 from core.paths import DATA
 
-Sign = Literal["+", "-", "0", "~"]
-"""Up, down, nothing above wander, or conditional (transient, oscillating: no claim)."""
+WindowKind = Literal["last minute", "second minute", "worst"]
+"""Where in a flight a shift is read: its last minute, the second after onset, the worst 10 s."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,26 +41,20 @@ class Dispute:
 
 
 FLAT = Expected("0", 0.0, 0.0)
-"""What is expected of a channel that the file does not list for a mode."""
+"""What is expected of a channel that the knowledge base does not list for a mode."""
 
 
 @dataclass(frozen=True, slots=True)
 class Signatures:
-    """``expected`` by mode and channel, for all classes and all ``channels`` judged."""
+    """``expected`` by mode and channel, for all classes and all ``channels`` judged.
+
+    ``windows``: by mode, where it is judged if not in the last minute.
+    """
 
     channels: tuple[str, ...]
     expected: Mapping[str, Mapping[str, Expected]]
     disputed: Mapping[tuple[str, str], Dispute]
-
-
-def wander(name: str) -> float:
-    """What a channel of a real log does by itself, one sd of noise and wander, in its unit.
-
-    The resolution of the comparison: a shift has to exceed it to count, and no shift is whatever
-    stays below it.
-    """
-    logged = channel(name)
-    return math.hypot(logged.noise_sd, logged.wander_sd)
+    windows: Mapping[str, WindowKind]
 
 
 @cache
@@ -70,20 +65,20 @@ def signatures() -> Signatures:
 
 def read_signatures(path: Path) -> Signatures:
     """Read and validate a reference file; raises `InputError` naming mode and channel."""
-    try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, tomllib.TOMLDecodeError) as error:
-        raise InputError("signatures", f"{path}: {error}") from None
-    for key in ("channels", "signature", "disputed"):
+    tables = read_toml(path, "signatures")
+    for key in ("channels", "differs", "window", "disputed"):
         if key not in tables:
             raise InputError(f"signatures.{key}", "is missing")
     channels = tuple(tables["channels"])
     for name in channels:
         _check_known(name, CHANNEL_INDEX, "signatures.channels")
-    for mode in tables["signature"]:
+    for mode in (*tables["differs"], *tables["window"]):
         _check_known(mode, class_ids(), "signatures")
+    for kind in tables["window"].values():
+        _check_known(kind, get_args(WindowKind), "signatures.window")
     expected = {
-        mode: _read_mode(mode, tables["signature"].get(mode, {}), channels) for mode in class_ids()
+        mode: _read_mode(known, tables["differs"].get(mode, {}), channels)
+        for mode, known in knowledge().items()
     }
     disputed = {
         (mode, entry["channel"]): Dispute(entry["reason"], *_read_range(mode, limits))
@@ -93,22 +88,23 @@ def read_signatures(path: Path) -> Signatures:
     for mode, name in disputed:
         _check_known(mode, expected, "signatures.disputed")
         _check_known(name, channels, f"signatures.disputed.{mode}")
-    return Signatures(channels, expected, disputed)
+    return Signatures(channels, expected, disputed, tables["window"])
 
 
 def _read_mode(
-    mode: str, table: Mapping[str, Any], channels: tuple[str, ...]
+    known: ModeKnowledge, differs: Mapping[str, Any], channels: tuple[str, ...]
 ) -> Mapping[str, Expected]:
-    for name in table:
-        _check_known(name, channels, f"signatures.{mode}")
-    return {
-        name: _read_entry(f"{mode}.{name}", table[name]) if name in table else FLAT
-        for name in channels
-    }
+    for name in differs:
+        _check_known(name, channels, f"signatures.{known.id}")
+    shifts = known.signature(known.usual_cylinder or CYLINDERS[0])
+    entries = {
+        name: Expected(shift.sign, shift.low, shift.high) for name, shift in shifts.items()
+    } | {name: _read_entry(f"{known.id}.{name}", entry) for name, entry in differs.items()}
+    return {name: entries.get(name, FLAT) for name in channels}
 
 
 def _read_entry(field: str, entry: Any) -> Expected:
-    if not isinstance(entry, list) or len(entry) != 3 or entry[0] not in get_args(Sign):
+    if not isinstance(entry, list) or len(entry) != 3 or entry[0] not in SIGNS:
         raise InputError(f"signatures.{field}", f"must be [sign, low, high], got {entry!r}")
     return Expected(entry[0], *_read_range(field, entry[1:]))
 

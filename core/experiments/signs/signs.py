@@ -3,33 +3,38 @@
 For each mode, plans from the paper's cruise box (section 3.1) and severities 0.3, 0.8 and 1.0 on
 the mode's usual cylinder, in lab conditions with the throttle left alone and altitude held by
 pitch: the control mode that the reference (`core.experiments.signs.signatures`) assumes. A shift
-is the paired residual averaged over a window and then over the plans.
+is the paired residual averaged over a window and then over the plans. It has to exceed the sigma of
+its channel to count, and no shift is whatever stays below it.
 """
 
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from core.arrays import Array
 from core.channels import CHANNEL_INDEX, channel
 from core.clock import DT_S
 from core.experiments.results import Progress, Result
 from core.experiments.signs.figure import draw
 from core.experiments.signs.rows import Row
-from core.experiments.signs.signatures import Dispute, Expected, Signatures, signatures, wander
+from core.experiments.signs.signatures import (
+    Dispute,
+    Expected,
+    Signatures,
+    WindowKind,
+    signatures,
+)
 from core.fmea.fault import Fault
 from core.twin.flight import fly
 from core.twin.plan import Plan
 
-Array = NDArray[np.float64]
-
-SEVERITIES: tuple[float, ...] = (0.3, 0.8, 1.0)
+SIGNS_SEVERITIES: tuple[float, ...] = (0.3, 0.8, 1.0)
 CLEAR = 0.8
-"""The severity at which signs are judged; ranges are judged at all of `SEVERITIES`."""
+"""The severity at which signs are judged; ranges are judged at all of `SIGNS_SEVERITIES`."""
 
-ONSET_S = 30.0
-WINDOW_S = 60.0
+SIGNS_ONSET_S = 30.0
+SIGNS_WINDOW_S = 60.0
 PLANS, QUICK_PLANS = 6, 1
 
 
@@ -37,7 +42,7 @@ def run(quick: bool, progress: Progress) -> Result:
     """Fly all modes and judge all entries; raises `FlightError`."""
     reference = signatures()
     plans = [Plan.sampled(seed) for seed in range(QUICK_PLANS if quick else PLANS)]
-    shifts = fly_shifts(plans, reference.expected, SEVERITIES, progress)
+    shifts = fly_shifts(plans, reference.expected, SIGNS_SEVERITIES, progress)
     rows = judge(reference, shifts)
     counted = [row for row in rows if row.expected != "~"]
     held = [row for row in counted if row.held]
@@ -75,7 +80,7 @@ def fly_shifts(
     jobs = [(mode, severity) for mode in modes for severity in severities]
     shifts: dict[str, dict[float, Array]] = {}
     for done, (mode, severity) in enumerate(jobs):
-        fault = Fault(mode, severity, ONSET_S)
+        fault = Fault(mode, severity, SIGNS_ONSET_S)
         measured = [
             shift(mode, fly(plan, fault).channels.astype(np.float64) - mirror.channels)
             for plan, mirror in flights
@@ -86,35 +91,38 @@ def fly_shifts(
 
 
 def _over_the_end(residual: Array) -> Array:
-    mean: Array = residual[-round(WINDOW_S / DT_S) :].mean(axis=0)
+    mean: Array = residual[-round(SIGNS_WINDOW_S / DT_S) :].mean(axis=0)
     return mean
 
 
 def _after_a_minute(residual: Array) -> Array:
     """The second minute after onset: later the dead engine has gone cold."""
-    start = round((ONSET_S + 60.0) / DT_S)
-    mean: Array = residual[start : start + round(WINDOW_S / DT_S)].mean(axis=0)
+    start = round((SIGNS_ONSET_S + 60.0) / DT_S)
+    mean: Array = residual[start : start + round(SIGNS_WINDOW_S / DT_S)].mean(axis=0)
     return mean
 
 
 def _at_the_worst(residual: Array) -> Array:
     """Of each channel the most extreme mean over 10 s: a fault that recovers has no last state."""
-    width, stride, onset = round(10.0 / DT_S), round(2.0 / DT_S), round(ONSET_S / DT_S)
+    width, stride, onset = round(10.0 / DT_S), round(2.0 / DT_S), round(SIGNS_ONSET_S / DT_S)
     starts = range(onset, len(residual) - width + 1, stride)
     moving = np.array([residual[start : start + width].mean(axis=0) for start in starts])
     extreme: Array = moving[np.abs(moving).argmax(axis=0), np.arange(residual.shape[1])]
     return extreme
 
 
-_WINDOWS: Mapping[str, Callable[[Array], Array]] = {
-    "engine_failure": _after_a_minute,
-    "inflight_anomaly": _at_the_worst,
+_WINDOWS: Mapping[WindowKind, tuple[Callable[[Array], Array], str]] = {
+    "last minute": (_over_the_end, f"mean over the last {SIGNS_WINDOW_S:g} s"),
+    "second minute": (_after_a_minute, f"mean from 60 to {60 + SIGNS_WINDOW_S:g} s after onset"),
+    "worst": (_at_the_worst, "most extreme mean over 10 s"),
 }
+"""How a shift is read from a residual, and that in words."""
 
 
 def shift(mode: str, residual: Array) -> Array:
     """The shift of each channel (23,) that a flight's residual (n, 23) shows, in its unit."""
-    return _WINDOWS.get(mode, _over_the_end)(residual)
+    read, _ = _WINDOWS[signatures().windows.get(mode, "last minute")]
+    return read(residual)
 
 
 def judge(reference: Signatures, shifts: Mapping[str, Mapping[float, Array]]) -> list[Row]:
@@ -134,7 +142,7 @@ def _row(
     dispute: Dispute | None,
     shifts: Mapping[float, Array],
 ) -> Row:
-    index, resolution = CHANNEL_INDEX[name], wander(name)
+    index, resolution = CHANNEL_INDEX[name], channel(name).sigma
     means = {severity: float(plans[:, index].mean()) for severity, plans in shifts.items()}
     clear = shifts[CLEAR][:, index]
     delta = means[CLEAR]
@@ -174,16 +182,15 @@ def _settings(plans: list[Plan], quick: bool, reference: Signatures) -> dict[str
         "power": plans[0].power,
         "seeds": [plan.seed for plan in plans],
         "plans": [plan.to_dict() for plan in plans],
-        "severities": list(SEVERITIES),
+        "severities": list(SIGNS_SEVERITIES),
         "signs_judged_at_severity": CLEAR,
-        "onset_s": ONSET_S,
+        "onset_s": SIGNS_ONSET_S,
         "cylinder": "the mode's usual one",
         "window": {
-            "default": f"mean over the last {WINDOW_S:g} s",
-            "engine_failure": f"mean from 60 to {60 + WINDOW_S:g} s after onset",
-            "inflight_anomaly": "most extreme mean over 10 s",
+            "default": _WINDOWS["last minute"][1],
+            **{mode: _WINDOWS[kind][1] for mode, kind in reference.windows.items()},
         },
-        "resolution": {name: round(wander(name), 4) for name in reference.channels},
+        "resolution": {name: round(channel(name).sigma, 4) for name in reference.channels},
     }
 
 

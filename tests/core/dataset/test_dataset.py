@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from core.channels import N_CHANNELS
 from core.clock import DT_S
 from core.dataset.archive import Archive, StoredRun, read_manifest, read_run, run_path
 from core.dataset.generate import DatasetSpec, fly_run, generate, planned_runs
@@ -35,12 +36,14 @@ def test_every_class_has_its_runs_in_every_part():
 
 def test_no_two_runs_share_a_seed():
     runs = planned_runs(SPEC)
-    assert len({run.plan.seed for run in runs}) == len(runs) == 1600
+    assert (
+        len({run.plan.seed for run in runs}) == len(runs) == len(class_ids()) * SPEC.runs_per_class
+    )
     assert len({run.id for run in runs}) == len(runs)
 
 
 def test_any_beginning_of_the_data_set_is_balanced():
-    assert [run.fault.mode for run in planned_runs(SPEC)[:20]] == list(class_ids())
+    assert [run.fault.mode for run in planned_runs(SPEC)[: len(class_ids())]] == list(class_ids())
 
 
 def test_flights_follow_the_specification():
@@ -160,7 +163,7 @@ def test_the_manifest_says_what_was_flown_by_what(small):
     assert set(manifest.provenance) >= {"mirrortwin", "commit", "twin", "jsbsim"}
     run = manifest.runs[17]
     pair = read_run(folder, run)
-    assert pair.faulted.channels.shape[1] == 23
+    assert pair.faulted.channels.shape[1] == N_CHANNELS
     assert pair.faulted.time_s[0] == pytest.approx(run.start_row / 50)
     assert not pair.residual[: run.shown_row].any()
 
@@ -206,7 +209,7 @@ def test_a_killed_generation_loses_and_doubles_nothing(small, tmp_path):
 
 
 def test_a_folder_of_another_data_set_is_left_alone(tmp_path):
-    Archive.begun(tmp_path, SMALL.to_dict())
+    Archive.open(tmp_path, SMALL.to_dict())
     before = (tmp_path / "journal.jsonl").read_bytes()
     with pytest.raises(InputError, match="holds a data set of another specification"):
         generate(replace(SMALL, first_seed=5), tmp_path)
@@ -214,23 +217,23 @@ def test_a_folder_of_another_data_set_is_left_alone(tmp_path):
 
 
 def test_a_journal_cut_short_is_mended(tmp_path):
-    archive = Archive.begun(tmp_path, SMALL.to_dict())
+    archive = Archive.open(tmp_path, SMALL.to_dict())
     flown = np.zeros((2, 10, 23), dtype=np.float32)
     for number in range(2):
         run = _stored_run(f"run-{number}")
         archive.add(run, flown)
     journal = tmp_path / "journal.jsonl"
     journal.write_text(journal.read_text()[:-20])
-    archive = Archive.begun(tmp_path, SMALL.to_dict())
+    archive = Archive.open(tmp_path, SMALL.to_dict())
     assert archive.holds("run-0")
     assert not archive.holds("run-1")
     archive.add(_stored_run("run-1"), flown)
     lines = journal.read_text().splitlines()
     assert json.loads(lines[-1])["id"] == "run-1"
-    assert Archive.begun(tmp_path, SMALL.to_dict()).holds("run-1")
+    assert Archive.open(tmp_path, SMALL.to_dict()).holds("run-1")
 
 
 @pytest.mark.slow
 def test_an_unreachable_scheduler_is_a_clear_error(tmp_path, free_port):
-    with pytest.raises(WorkerError, match=f"scheduler tcp://127.0.0.1:{free_port}"):
+    with pytest.raises(WorkerError, match=f"scheduler answers at tcp://127.0.0.1:{free_port}"):
         generate(SMALL, tmp_path, scheduler=RemoteScheduler(f"tcp://127.0.0.1:{free_port}"))

@@ -5,7 +5,6 @@ import pytest
 
 from core.channels import CHANNEL_INDEX, channel
 from core.diagnosis.evidence import find_evidence
-from core.residual.healthy import sensor_sd
 from core.twin.trajectory import Pair, Trajectory
 
 
@@ -42,7 +41,7 @@ def test_strongest_first_with_directions(make_pair):
 @pytest.mark.parametrize(
     "shifts",
     [
-        pytest.param([("E1 CHT1", 0.9 * sensor_sd(channel("E1 CHT1")), 20, 90)], id="within noise"),
+        pytest.param([("E1 CHT1", 0.9 * channel("E1 CHT1").sigma, 20, 90)], id="within noise"),
         pytest.param([("VSpd", 500.0, 20.0, 20.5)], id="half a second"),
         pytest.param(
             [("VSpd", 300.0, 20.0, 50.0), ("VSpd", -300.0, 50.0, 80.0)], id="swings about nothing"

@@ -8,7 +8,8 @@ import pytest
 
 from core.diagnosis.diagnosis import Diagnosis, Intervention
 from core.diagnosis.features import feature_mode
-from core.diagnosis.predict import Diagnoser, counted_windows, load_diagnoser
+from core.diagnosis.predict import Diagnoser, load_diagnoser
+from core.diagnosis.verdict import counted_windows
 from core.errors import InputError, MirrorTwinError
 from core.model_card import load_model, save_model
 from core.twin.trajectory import Pair
@@ -46,8 +47,8 @@ def test_a_window_is_reported_as_soon_as_it_has_flown(make_pair, untrained):
 
 def test_probabilities_are_probabilities(make_pair, untrained):
     diagnosis = untrained.diagnose(make_pair(60.0, FAULT))
-    assert diagnosis.probabilities.shape == (20,)
-    assert diagnosis.probabilities_over_time.shape == (7, 20)
+    assert diagnosis.probabilities.shape == (len(untrained.classes),)
+    assert diagnosis.probabilities_over_time.shape == (7, len(untrained.classes))
     assert diagnosis.probabilities.dtype == diagnosis.probabilities_over_time.dtype == np.float32
     np.testing.assert_allclose(diagnosis.probabilities_over_time.sum(axis=1), 1.0, rtol=1e-5)
     assert diagnosis.onset_s == pytest.approx(33.3)

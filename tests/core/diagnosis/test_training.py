@@ -43,13 +43,14 @@ def test_the_card_tells_what_was_done(dataset, trained):
     assert on_disk == card == load_model(models, "cnn-paired-lab")[0]
     assert card["classes"] == list(class_ids())
     seeds = card["data"]["seeds"]
+    n = len(class_ids())
     assert {part: len(found) for part, found in seeds.items()} == {
-        "train": 40, "validation": 20, "test": 20,
+        "train": 2 * n, "validation": n, "test": n,
     }  # fmt: skip
-    assert len(set().union(*map(set, seeds.values()))) == 80
+    assert len(set().union(*map(set, seeds.values()))) == 4 * n
     test_runs = card["scores"]["test_runs"]
-    assert test_runs["n"] == 20
-    assert np.array(test_runs["confusion"]).sum() == 20
+    assert test_runs["n"] == n
+    assert np.array(test_runs["confusion"]).sum() == n
     assert card["training"]["settings"]["learning_rate"] == 5e-4
 
 
@@ -103,6 +104,6 @@ def test_bad_settings_name_their_field(field, value):
 
 
 def test_an_unfinished_data_set_is_refused(tmp_path):
-    Archive.begun(tmp_path, {})
+    Archive.open(tmp_path, {})
     with pytest.raises(InputError, match="holds no complete data set"):
         train(tmp_path, tmp_path)

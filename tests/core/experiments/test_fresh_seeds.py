@@ -34,9 +34,9 @@ def test_the_seeds_are_in_no_part_of_the_data_set(shipped_card):
     assert learnt.isdisjoint(range(FIRST_SEED, FIRST_SEED + len(class_ids())))
 
 
-def test_at_least_17_of_20_are_named_first(diagnosed):
+def test_all_but_three_classes_at_most_are_named_first(diagnosed):
     confused = {mode: found.ranked(2) for mode, found in diagnosed.items() if found.top != mode}
-    assert len(diagnosed) == 20
+    assert tuple(diagnosed) == class_ids()
     assert len(confused) <= 3, confused
 
 

@@ -6,11 +6,16 @@ Conditions are the paper's: lab, here with the throttle left alone, severity 0.8
 import numpy as np
 import pytest
 
-from core.channels import CHANNEL_INDEX, CHANNEL_NAMES, CYLINDERS, cht_name, egt_name
+from core.channels import CHANNEL_INDEX, CHANNEL_NAMES, CYLINDERS, channel, cht_name, egt_name
 from core.experiments.drawing import means
 from core.experiments.paper.fig6 import departure
-from core.experiments.paper.representative import CYLINDER, NOMINAL, ONSET_S, PLAN, fly_modes
-from core.experiments.signs.signatures import wander
+from core.experiments.paper.representative import (
+    CYLINDER,
+    FIGURES_ONSET_S,
+    FIGURES_PLAN,
+    NOMINAL,
+    fly_modes,
+)
 from core.fmea.catalogue import class_ids
 from core.twin.trajectory import Pair
 
@@ -19,7 +24,7 @@ FAULTS = [mode for mode in class_ids() if mode != NOMINAL]
 
 @pytest.fixture(scope="module")
 def pairs() -> dict[str, Pair]:
-    return fly_modes(PLAN, class_ids(), lambda share: None)
+    return fly_modes(FIGURES_PLAN, class_ids(), lambda share: None)
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +52,7 @@ def test_engine_failure_loses_altitude_fastest_of_all_modes(left):
 def test_engine_failure_decays_exponentially_to_next_to_no_power(pairs, left):
     assert left["engine_failure"]["power_lost_percent"] > 90.0
     power = means(pairs["engine_failure"].faulted.state("power_hp"))
-    lost = power[int(ONSET_S) :] / power[int(ONSET_S) - 1]
+    lost = power[int(FIGURES_ONSET_S) :] / power[int(FIGURES_ONSET_S) - 1]
     assert lost[10] < 0.6
     assert lost[20] < 0.6 * lost[10]
 
@@ -56,8 +61,8 @@ def test_engine_failure_decays_exponentially_to_next_to_no_power(pairs, left):
     "name", ["E1 RPM", "E1 OilP", *map(cht_name, CYLINDERS), *map(egt_name, CYLINDERS), "AltMSL"]
 )
 def test_engine_failure_pulls_the_whole_engine_down(pairs, name):
-    fallen = _residual(pairs["engine_failure"], name)[int(ONSET_S) + 20 :]
-    assert np.all(fallen < -3.0 * wander(name))
+    fallen = _residual(pairs["engine_failure"], name)[int(FIGURES_ONSET_S) + 20 :]
+    assert np.all(fallen < -3.0 * channel(name).sigma)
 
 
 def test_cylinder_compression_costs_about_7_5_percent_of_power(left):
@@ -65,10 +70,10 @@ def test_cylinder_compression_costs_about_7_5_percent_of_power(left):
 
 
 def test_cylinder_compression_descends_slowly_and_discernibly(pairs, left):
-    height = _residual(pairs["cylinder_compression"], "AltMSL")[int(ONSET_S) :]
+    height = _residual(pairs["cylinder_compression"], "AltMSL")[int(FIGURES_ONSET_S) :]
     by_minute = height[:240].reshape(4, 60).mean(axis=1)
     assert np.all(np.diff(by_minute) < 0.0)
-    assert 3.0 * wander("AltMSL") < left["cylinder_compression"]["altitude_lost_ft"] < 100.0
+    assert 3.0 * channel("AltMSL").sigma < left["cylinder_compression"]["altitude_lost_ft"] < 100.0
     assert left["cylinder_compression"]["sink_fpm"] < 30.0
 
 
@@ -92,13 +97,13 @@ def test_baffle_crack_heats_its_cylinder_and_spares_the_oil(pairs):
     for cylinder in set(CYLINDERS) - {CYLINDER}:
         assert abs(_at_the_end(crack, cht_name(cylinder))) < 0.25 * rise
     assert abs(_at_the_end(crack, "E1 OilT")) < 1.0
-    assert abs(_at_the_end(crack, "E1 OilP")) < wander("E1 OilP")
+    assert abs(_at_the_end(crack, "E1 OilP")) < channel("E1 OilP").sigma
 
 
 def test_oil_cooler_couples_temperature_and_pressure(pairs):
     """Continuous rise, viscosity down, symmetric fall."""
-    warmer = _residual(pairs["oil_cooler_maintenance"], "E1 OilT")[int(ONSET_S) + 1 :]
-    weaker = _residual(pairs["oil_cooler_maintenance"], "E1 OilP")[int(ONSET_S) + 1 :]
+    warmer = _residual(pairs["oil_cooler_maintenance"], "E1 OilT")[int(FIGURES_ONSET_S) + 1 :]
+    weaker = _residual(pairs["oil_cooler_maintenance"], "E1 OilP")[int(FIGURES_ONSET_S) + 1 :]
     assert np.all(np.diff(warmer) > 0.0)
     assert warmer[-1] > 13.0
     assert weaker[-1] < -1.3
@@ -107,7 +112,7 @@ def test_oil_cooler_couples_temperature_and_pressure(pairs):
 
 def test_the_clearest_sign_of_an_intake_gasket_leak_is_its_egt(pairs):
     leak = pairs["intake_gasket_leak"]
-    clarity = {name: abs(_at_the_end(leak, name)) / wander(name) for name in CHANNEL_NAMES}
+    clarity = {name: abs(_at_the_end(leak, name)) / channel(name).sigma for name in CHANNEL_NAMES}
     assert max(clarity, key=clarity.__getitem__) == egt_name(CYLINDER)
     assert _at_the_end(leak, egt_name(CYLINDER)) > 25.0
 
@@ -115,7 +120,7 @@ def test_the_clearest_sign_of_an_intake_gasket_leak_is_its_egt(pairs):
 def test_responses_differ_from_mode_to_mode(pairs):
     """No two of the 19 modes end with the same residual, so none is another by a new name."""
     ends = {mode: pairs[mode].residual[-1500:].mean(axis=0) for mode in FAULTS}
-    sds = np.array([wander(name) for name in CHANNEL_NAMES])
+    sds = np.array([channel(name).sigma for name in CHANNEL_NAMES])
     for one in FAULTS:
         for other in FAULTS:
             if one < other:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from core.channels import CHANNEL_INDEX, N_CHANNELS
+from core.channels import CHANNEL_INDEX, N_CHANNELS, channel
 from core.clock import DT_S
 from core.errors import InputError
 from core.experiments.signs.signatures import (
@@ -15,9 +15,8 @@ from core.experiments.signs.signatures import (
     Signatures,
     read_signatures,
     signatures,
-    wander,
 )
-from core.experiments.signs.signs import CLEAR, ONSET_S, fly_shifts, judge, run, shift
+from core.experiments.signs.signs import CLEAR, SIGNS_ONSET_S, fly_shifts, judge, run, shift
 from core.fmea.catalogue import class_ids
 from core.paths import DATA, ROOT
 from core.twin.plan import Plan
@@ -51,6 +50,7 @@ def _judged(expected: Expected, shifts: list[float], dispute: Dispute | None = N
         ("E1 RPM",),
         {"engine_overspeed": {"E1 RPM": expected}},
         {("engine_overspeed", "E1 RPM"): dispute} if dispute else {},
+        {},
     )
     flown = {}
     for severity, value in zip((0.3, CLEAR, 1.0), shifts, strict=True):
@@ -76,7 +76,7 @@ def _judged(expected: Expected, shifts: list[float], dispute: Dispute | None = N
     ],
 )
 def test_an_entry_is_judged_by_sign_and_range(sign, shifts, held, within):
-    assert 5.0 < wander("E1 RPM") < 6.0
+    assert 5.0 < channel("E1 RPM").sigma < 6.0
     row = _judged(Expected(sign, 240.0, 380.0), shifts)
     assert (row.held, row.within) == (held, within)
     assert row.delta == shifts[1]
@@ -92,7 +92,7 @@ def test_a_disputed_entry_is_judged_like_any_other_and_by_our_own_range():
 
 
 def test_each_mode_is_measured_where_it_shows():
-    seconds = np.arange(0.0, 300.0, DT_S) - ONSET_S
+    seconds = np.arange(0.0, 300.0, DT_S) - SIGNS_ONSET_S
     ramp = np.repeat(seconds[:, None], N_CHANNELS, axis=1)
     assert shift("baffle_crack", ramp) == pytest.approx(240.0, abs=0.1)
     assert shift("engine_failure", ramp) == pytest.approx(90.0, abs=0.1)
@@ -105,7 +105,7 @@ def test_signs_hold_on_a_plan_that_no_constant_was_fitted_to():
     reference = signatures()
     shifts = fly_shifts([Plan.sampled(20_261_123)], class_ids(), (CLEAR,))
     rows = judge(reference, shifts)
-    assert len(rows) == 20 * len(reference.channels)
+    assert len(rows) == len(class_ids()) * len(reference.channels)
     wrong = [row for row in rows if row.held is False and not row.stands]
     assert wrong == []
 
@@ -115,7 +115,7 @@ def test_the_experiment_counts_what_its_rows_say():
     result = run(True, lambda share: None).to_dict()
     rows = result["rows"]
     counted = [row for row in rows if row["expected"] != "~"]
-    assert result["of"] == len(counted) == 281
+    assert result["of"] == len(counted)
     assert result["held"] == sum(row["held"] for row in counted)
     assert result["magnitudes_within"] == sum(row["within"] for row in counted)
     assert (result["settings"]["conditions"], result["settings"]["power"]) == ("lab", "fixed")
@@ -143,14 +143,15 @@ def test_every_dispute_concerns_an_entry_of_the_matrix_and_says_why():
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("[signature.baffle_crack]", "[signature.bafle_crack]", "unknown: 'bafle_crack'"),
-        ('"E1 CHT1" = ["+", 10.0, 35.0]', '"E1 CHC1" = ["+", 10.0, 35.0]', "unknown: 'E1 CHC1'"),
-        ('["+", 10.0, 35.0]', '["plus", 10.0, 35.0]', "must be"),
-        ('["+", 10.0, 35.0]', '["+", 35.0, 10.0]', "needs low <= high"),
-        ('["+", 10.0, 35.0]', '["+", "ten", 35.0]', "needs two numbers"),
+        ("[differs.baffle_seal]", "[differs.bafle_seal]", "unknown: 'bafle_seal'"),
+        ('"E1 CHT3" = ["+", 5.0, 17.0]', '"E1 CHC3" = ["+", 5.0, 17.0]', "unknown: 'E1 CHC3'"),
+        ('["+", 5.0, 17.0]', '["plus", 5.0, 17.0]', "must be"),
+        ('["+", 5.0, 17.0]', '["+", 17.0, 5.0]', "needs low <= high"),
+        ('["+", 5.0, 17.0]', '["+", "five", 17.0]', "needs two numbers"),
+        ('= "worst"', '= "worse"', "unknown: 'worse'"),
         ("engine_overspeed = [12.0, 19.0]", "engine_overspeeed = [1.0, 2.0]", "unknown"),
         ("channels = [", "channel = [", "channels: is missing"),
-        ("[signature.baffle_crack]", "[signature.baffle_crack", "signatures:"),
+        ("[differs.baffle_seal]", "[differs.baffle_seal", "signatures:"),
     ],
 )
 def test_a_bad_reference_is_named(tmp_path: Path, old: str, new: str, message: str):

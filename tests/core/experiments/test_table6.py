@@ -50,7 +50,7 @@ def test_a_report_that_was_measured_is_not_written_again(tmp_path: Path) -> None
         def section(self, case: object, title: str) -> NoReturn:
             raise MirrorTwinError("asked again")
 
-    flight = table6.Flight(table6.FIRST_SEED, Fault("oil_cooler_maintenance", 0.7, 60.0))
+    flight = table6.Flight(table6.TABLE6_SEED, Fault("oil_cooler_maintenance", 0.7, 60.0))
     first = table6._Bench(tmp_path, "a-model", {}).measured(flight, "template", TemplateWriter())
     again = table6._Bench(tmp_path, "a-model", {})
     assert again.measured(flight, "template", Exhausted()) == first

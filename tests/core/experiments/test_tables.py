@@ -6,10 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from core.diagnosis.classifiers import CLASSIFIERS
 from core.diagnosis.diagnosis import Diagnosis
 from core.diagnosis.features import FEATURE_MODES
 from core.diagnosis.predict import Diagnoser
-from core.diagnosis.settings import CLASSIFIERS, TrainingSettings
+from core.diagnosis.settings import TrainingSettings
 from core.diagnosis.training import train
 from core.errors import InputError
 from core.experiments.models import delay, fresh, unknown
@@ -110,14 +111,14 @@ def test_data_of_other_conditions_is_refused(data):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("classifier", ["svm", "rf", "resnet", "lstm", "transformer"])
+@pytest.mark.parametrize("classifier", sorted(CLASSIFIERS.keys() - {"cnn"}))
 def test_every_classifier_learns_by_the_same_interface(dataset, tmp_path, classifier):
     settings = TrainingSettings(classifier=classifier, epochs=2, batch=8, draws=2)
     card = train(dataset, tmp_path, settings, work_dir=tmp_path, whole_runs=False)
-    assert card["classifier"] in CLASSIFIERS
-    assert card["scores"]["test_windows"]["n"] == 20
+    assert card["classifier"] == classifier
+    assert card["scores"]["test_windows"]["n"] > 0
     assert card["calibration"]["temperature"] > 0.0
-    if classifier in ("svm", "rf"):
+    if not CLASSIFIERS[classifier].keeps_weights:
         assert card["scores"]["test_windows"]["macro_f1"] > 0.2  # chance is 0.05
         assert card["weights_sha256"] is None
 

@@ -23,9 +23,8 @@ def _with(**sizes: float | list[float]) -> np.ndarray:
     return defects
 
 
-def test_the_twenty_classes_in_order() -> None:
+def test_the_classes_begin_with_the_healthy_one_and_know_the_four_laws() -> None:
     ids = class_ids()
-    assert len(ids) == 20
     assert ids[0] == "nominal"
     assert {mode.law for mode in catalogue().values()} >= {
         "exponential approach", "linear accumulation", "fatigue accumulation",
@@ -108,10 +107,10 @@ def test_effects_of_a_healthy_engine_are_neutral() -> None:
     ("old", "new", "message"),
     [
         ('defect = "oil_lost_qt"', 'defect = "chc"', "unknown defect 'chc'"),
-        ('where = "bank"', 'where = "engine"', "'engine' is no place for wrap_loss"),
+        ('where = "bank"', 'where = "engine"', "wrap_loss can be at target, .* got 'engine'"),
         ("occurrence = 7", "occurrence = 11", "ratings must be 1-10"),
         ('["friction-hp"]', '["friction"]', "unknown parameter 'friction'; one of throttle"),
-        ("prior = [0.41,", "prior = [0.91,", "four shares that sum to 1"),
+        ("prior = [0.41,", "prior = [0.91,", "shares that sum to 1"),
         ('law = "fatigue accumulation"\n', "", "law: is missing"),
         ("[nominal]", "[nominal", "catalogue"),
     ],

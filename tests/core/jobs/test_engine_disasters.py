@@ -17,7 +17,8 @@ from jobs_support import CRACK, PATIENCE_S, SHORT_PLAN, read_all, read_until, sa
 
 from core.errors import StoreError, WorkerError
 from core.fmea.fault import Fault
-from core.jobs.engine import CONNECTION_LOST, WORKER_DIED, Engine
+from core.jobs.answers import WORKER_DIED
+from core.jobs.engine import CONNECTION_LOST, Engine
 from core.jobs.events import Failed, Finished, Progress, Samples, Started
 from core.store.store import SERVER_STOPPED, RunStore
 from core.twin.flight import fly_pair

@@ -62,20 +62,20 @@ def streamed(time_s: float) -> Samples:
 
 def test_what_a_dead_worker_had_not_begun_happens_where_the_flight_was() -> None:
     control = Control(PLAN, 10.0)
-    control.begun("tcp://one", "first")
-    control.heard(streamed(20.0))
+    control.assign("tcp://one", "first")
+    control.note_samples(streamed(20.0))
     control.actions = control.with_action(SetFault(0.0, "baffle_crack"))
     assert control.actions[0].time_s == pytest.approx(20.2)
     flown = SetFault(24.0, "baffle_crack")  # the worker had come further when it heard
-    assert control.taken(Acted("run", (flown,)))
-    assert not control.taken(Acted("run", (flown,)))
+    assert control.note_actions(Acted("run", (flown,)))
+    assert not control.note_actions(Acted("run", (flown,)))
     control.actions = control.with_action(Repair(0.0))
-    control.heard(streamed(60.0))
-    control.begun("tcp://two", "second")
+    control.note_samples(streamed(60.0))
+    control.assign("tcp://two", "second")
     orders = control.orders()
     assert [action.time_s for action in orders.actions] == [24.0, pytest.approx(60.2)]
     assert orders.resume_s == pytest.approx(60.2)
-    control.heard(streamed(5.0))  # it is flown there again
+    control.note_samples(streamed(5.0))  # it is flown there again
     assert control.flown_s == pytest.approx(60.2)
 
 

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from core.channels import CHANNEL_NAMES, CYLINDERS
+from core.channels import CHANNEL_NAMES
+from core.cylinders import CYLINDERS, GROUPS
 from core.errors import InputError
 from core.fmea.catalogue import catalogue
 from core.knowledge.knowledge import (
-    CYLINDER_GROUPS,
     depends_on_cylinder,
     knowledge,
     read_knowledge,
@@ -21,7 +21,6 @@ KNOWLEDGE_FILE = DATA / "fmea" / "knowledge.toml"
 
 def test_covers_the_catalogue_in_class_order() -> None:
     assert tuple(knowledge()) == tuple(catalogue())
-    assert len(knowledge()) == 20
 
 
 @pytest.mark.parametrize("mode", catalogue())
@@ -88,10 +87,10 @@ def test_valve_leak_and_cracked_head_are_told_apart_by_opposite_signs() -> None:
 
 @pytest.mark.parametrize("cylinder", CYLINDERS)
 def test_groups_divide_the_engine(cylinder: int) -> None:
-    parts = [CYLINDER_GROUPS[name](cylinder) for name in ("target", "mate", "across", "diagonal")]
+    parts = [GROUPS[name](cylinder) for name in ("target", "mate", "across", "diagonal")]
     assert sorted(member for part in parts for member in part) == list(CYLINDERS)
     for one, other in (("bank", "other bank"), ("target", "others"), ("front", "rear")):
-        halves = CYLINDER_GROUPS[one](cylinder), CYLINDER_GROUPS[other](cylinder)
+        halves = GROUPS[one](cylinder), GROUPS[other](cylinder)
         assert halves[0] | halves[1] == set(CYLINDERS)
         assert halves[0] & halves[1] == set()
 
@@ -107,15 +106,15 @@ def test_resolve_follows_the_engine_layout() -> None:
 
 
 def test_only_relative_groups_depend_on_the_cylinder() -> None:
-    for group in CYLINDER_GROUPS:
+    for group in GROUPS:
         seen_from = {resolve(f"CHT {group}", cylinder) for cylinder in CYLINDERS}
         assert depends_on_cylinder(f"CHT {group}") == (len(seen_from) > 1)
     assert not depends_on_cylinder("E1 OilT")
 
 
 @pytest.mark.parametrize("channel", ["CHT", "CHT left", "OIL target", "E1 CHT5", "", "egt all"])
-def test_resolve_rejects_what_is_no_channel(channel: str) -> None:
-    with pytest.raises(InputError, match="neither one of the 23 channels"):
+def test_resolve_refuses_what_is_not_a_channel(channel: str) -> None:
+    with pytest.raises(InputError, match="neither a channel nor"):
         resolve(channel, 1)
 
 

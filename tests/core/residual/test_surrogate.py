@@ -23,7 +23,8 @@ from core.residual.surrogate import (
     debiased,
     sliding_mean,
 )
-from core.residual.surrogate_training import FIRST_SEED, SurrogateSettings, train_surrogate
+from core.residual.surrogate_training import SurrogateSettings, train_surrogate
+from core.seeds import SURROGATE_SEED
 from core.twin.plan import Leg, Plan
 
 
@@ -128,7 +129,7 @@ def test_commands_are_those_of_the_plan():
 
 def test_healthy_flights_are_in_no_data_set():
     spec = DatasetSpec.load()
-    used = range(FIRST_SEED, FIRST_SEED + 10_000)
+    used = range(SURROGATE_SEED, SURROGATE_SEED + 10_000)
     assert not any(run.plan.seed in used for run in planned_runs(spec))
     assert not any(seed in used for seed in (7_000_000, 700_000))
 

@@ -123,6 +123,6 @@ def test_what_is_written_on_a_run_and_cannot_be_read_hides_no_other(store: RunSt
     good, *bad = (store.create(SHORT_PLAN, CRACK).id for _ in range(4))
     write_label(store, good, Label(("kept",)))
     for run_id, tags in zip(bad, ("not JSON", "[1]", "{"), strict=True):
-        with store.writing() as index:
+        with store.index.writing() as index:
             index.execute("INSERT INTO labels (run, tags) VALUES (?, ?)", (run_id, tags))
     assert labels(store) == {good: Label(("kept",))}

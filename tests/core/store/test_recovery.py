@@ -165,7 +165,7 @@ def test_a_folder_that_lost_its_row_is_entered_and_a_deleted_one_is_not(
 ) -> None:
     root, (first, second, *_) = closed
     store = RunStore(root)
-    with store.writing() as index:
+    with store.index.writing() as index:
         index.execute("DELETE FROM runs WHERE id = ?", (first.id,))
     delete(store, [second.id])
     store.close()

@@ -116,7 +116,7 @@ def test_threads_may_fly_and_end() -> None:
     """In a process of its own: what goes wrong here ends Python."""
     program = (
         "import threading\n"
-        "from core.twin.aircraft import _load\n"
+        "from core.twin.jsbsim_aircraft import _load\n"
         "for _ in range(12):\n"
         "    threads = [threading.Thread(target=_load) for _ in range(3)]\n"
         "    for thread in threads: thread.start()\n"
