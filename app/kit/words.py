@@ -109,15 +109,6 @@ def run_subtitle(record: RunRecord) -> str:
     return ", ".join(parts)
 
 
-def percent(share: float) -> str:
-    """A probability, as a share of 1.
-
-    >>> percent(0.8124), percent(0.0002)
-    ('81.2 %', '< 0.1 %')
-    """
-    return f"{100 * share:.1f} %" if share >= 0.0005 else "< 0.1 %"
-
-
 def ground_line(ground_s: float) -> str:
     """How a flight ends that meets the ground."""
     return (

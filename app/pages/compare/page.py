@@ -11,7 +11,7 @@ from app.figures.comparison import COLOURS, DASHES, MAX_RUNS
 from app.figures.outcome_line import outcome_mark
 from app.figures.paths_3d import RISES
 from app.kit.attributes import attributes
-from app.kit.words import STATUS_WORDS, flown_fault, mode_name, percent, run_title, short_titles
+from app.kit.words import STATUS_WORDS, flown_fault, mode_name, run_title, short_titles
 from app.pages.fly.setup import takes_cylinder
 from app.shell import run_path
 from core.channels import CHANNELS, channel, unit_label
@@ -21,6 +21,7 @@ from core.store.outcome import run_outcome
 from core.store.records import RunRecord
 from core.store.store import RunStore
 from core.twin.plan import PLAN_RANGES, Plan
+from core.units import percent
 
 COMPARE_PREFIX = "/compare/"
 

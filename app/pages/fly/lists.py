@@ -5,8 +5,9 @@ from collections.abc import Iterable, Sequence
 from dash import html
 
 from app.figures.probabilities import class_colours
-from app.kit.words import event_line, percent
+from app.kit.words import event_line
 from core.twin.events import FlightEvent
+from core.units import percent
 
 SHOWN_EVENTS = 4
 

@@ -7,7 +7,7 @@ from dash import dcc, html
 from app.figures.mystery import DIRECTION_WORDS
 from app.figures.signature import signed
 from app.kit.attributes import attributes
-from app.kit.words import mode_name, percent
+from app.kit.words import mode_name
 from app.pages.faults.page import fault_path
 from app.pages.fly.setup import takes_cylinder
 from app.pages.teach.page import charts, stores
@@ -19,6 +19,7 @@ from core.knowledge.knowledge import knowledge
 from core.teach.attempt import Attempt
 from core.teach.classroom import Truth
 from core.teach.scoring import RULES, Score, Verdict
+from core.units import percent
 
 SHOWN_EVIDENCE = 8
 
