@@ -22,23 +22,18 @@ from fastapi import FastAPI, Request, Response
 from fastapi.responses import HTMLResponse
 from starlette.middleware.trustedhost import TrustedHostMiddleware
 
-from app import router as callbacks
-from app import shell
+from app import router, shell
 from app.gate.access import TokenGate, link, names_of, sandbox_prefix, token_for
 from app.gate.security import BodyLimit, SameOrigin, SecurityHeaders, content_security_policy
-from app.pages.compare import callbacks as comparing
-from app.pages.fly import detail
-from app.pages.fly import scene_bar as scene_controls
-from app.pages.fly.session import Sessions
-from app.pages.report.files import mount as mount_reports
-from app.pages.results import cell_runs
-from app.pages.results import files as result_files
-from app.pages.runs import files as run_files
+from app.kit.addresses import MISSING
+from app.pages.fly.stream import RunStream
+from app.pages.registry import PAGES, read_address
 from app.recorder import Recorder, warm_up
 from app.report_desk import ReportDesk
 from app.scenes.recordings import Recordings
 from app.scenes.viser_proxy import ViserScenes
 from app.services import Services
+from app.sessions import Sessions
 from core.errors import InputError, StoreError, WorkerError
 from core.jobs.engine import Engine
 from core.paths import WEB
@@ -108,26 +103,28 @@ def create_app(
 
     server = FastAPI(docs_url=None, redoc_url=None, openapi_url=None, lifespan=lifespan)
     dash = _dash_app(server)
-    sessions = Sessions(engine, store, scenes, desk)
-    sandbox = sandbox_prefix(token)
-    classroom = Classroom(store, engine.fly_unseen)
-    services = Services(engine, store, sessions, recorder, desk, classroom, sandbox)
-    callbacks.register(dash, services)
-    comparing.register(dash, engine, store, recorder)
-    cell_runs.register(dash, engine, store, recorder)
-    scene_controls.register(dash, sessions)
+    services = Services(
+        engine=engine,
+        store=store,
+        sessions=Sessions(scenes, RunStream(engine, store, desk)),
+        recorder=recorder,
+        desk=desk,
+        classroom=Classroom(store, engine.fly_unseen),
+        sandbox_prefix=sandbox_prefix(token),
+    )
+    router.register(dash, services)
     scenes.mount(server)
     recordings.mount(server)
-    mount_reports(server, store)
-    result_files.mount(server)
-    run_files.mount(server, store)
-    detail.mount(server, engine, store)
-    _mount_pages(server, dash, store)
+    for page in PAGES:
+        page.mount(server, services)
+    _mount_addresses(server, dash, store)
     # Dash does this on the first request to a path of its own; the first one may name a page of
     # ours, which would come without its scripts and styles.
     dash._setup_server()  # type: ignore[no-untyped-call]  # dash
     policy = content_security_policy([*dash.csp_hashes(), _script_hash(_SCHEME_SCRIPT)])
-    server.add_middleware(BodyLimit, uncounted=(run_files.IMPORT_PATH,))
+    server.add_middleware(
+        BodyLimit, uncounted=tuple(path for page in PAGES for path in page.uploads)
+    )
     if token is not None:
         server.add_middleware(TokenGate, token=token, port=port)
     server.add_middleware(SameOrigin)
@@ -190,7 +187,7 @@ def _dash_app(server: FastAPI) -> Dash:
         title="MirrorTwin",
         update_title="",
         suppress_callback_exceptions=True,
-        on_error=callbacks.tell,
+        on_error=router.report_unexpected,
         # A frame's updates travel together, so that the page renders once for all of them.
         websocket_batch_delay=0.005,
         # Never hang up on a page that merely waits.
@@ -202,7 +199,7 @@ def _dash_app(server: FastAPI) -> Dash:
     return dash
 
 
-def _mount_pages(server: FastAPI, dash: Dash, store: RunStore) -> None:
+def _mount_addresses(server: FastAPI, dash: Dash, store: RunStore) -> None:
     """Answer every address that a page has, and 404 with a page that says so to the rest.
 
     Dash alone answers 200 to any path. The last route here hides the catch-all that it adds.
@@ -212,9 +209,9 @@ def _mount_pages(server: FastAPI, dash: Dash, store: RunStore) -> None:
     def page(path: str, request: Request) -> Response:
         token = set_current_request(request)  # type: ignore[no-untyped-call]  # dash
         try:
-            address = shell.read_address(f"/{path}", store)
+            address = read_address(f"/{path}", store)
             html = dash.index()  # type: ignore[no-untyped-call]  # dash
-            return HTMLResponse(html, 404 if address.kind == "missing" else 200)
+            return HTMLResponse(html, 404 if address.kind == MISSING else 200)
         finally:
             reset_current_request(token)  # type: ignore[no-untyped-call]  # dash
 

@@ -90,7 +90,7 @@ def _write_logs(store: "RunStore", args: argparse.Namespace, into_folder: bool) 
 
 def _write_whole(store: "RunStore", args: argparse.Namespace, into_folder: bool) -> Path:
     """Write the run as a zip, or its recording."""
-    from app.pages.runs.files import export_runs
+    from app.archives import export_runs
     from app.scenes.recordings import with_recording
     from core.files import whole_file
 

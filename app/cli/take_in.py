@@ -28,8 +28,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> None:
     """Take the runs in; raises `InputError` or `StoreError`."""
+    from app.archives import import_runs
     from app.kit.words import run_title
-    from app.pages.runs.files import import_runs
     from core.store.store import RunStore, default_root
 
     records = import_runs(RunStore(args.store or default_root()), args.file)

@@ -16,6 +16,9 @@ Array = NDArray[np.floating[Any]]
 Array32 = NDArray[np.float32]
 Figure = dict[str, Any]
 
+GRAPH_CONFIG: dict[str, Any] = {"displayModeBar": False, "doubleClick": "reset+autosize"}
+"""How every `dcc.Graph` behaves."""
+
 HOUR_S = 3600.0
 _MIDNIGHT = np.datetime64("1970-01-01", "ms")
 """Where `assets/cursor.js`, too, has the flight begin: zero for Plotly's own milliseconds."""

@@ -9,7 +9,6 @@ import numpy as np
 from app import theme
 from app.figures.axes import Array, Figure, bare_layout, packed
 from app.figures.comparison import COLOURS, DASHES, M_PER_NM, Flown
-from app.scenes.geometry import VERTICAL_SCALE
 from core.clock import clock
 from core.units import FOOT_M as M_PER_FT
 from core.units import distance_words
@@ -19,7 +18,7 @@ POINTS_PER_PATH = 500
 RUNGS = 16
 """Lines from a flight to its mirror at equal intervals of time: how it came away, and how far."""
 
-RISES = (VERTICAL_SCALE, 1.0)
+RISES = (theme.VERTICAL_SCALE, 1.0)
 """How many times heights can be drawn: as in the live scene, or true, where little shows."""
 
 _LEAST_WIDTH, _LEAST_HEIGHT = 0.35, 0.18

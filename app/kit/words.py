@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Sequence
 
-from app.pages.fly.setup import takes_cylinder
 from core.channels import channel, unit_label
 from core.clock import clock
 from core.diagnosis.diagnosis import Diagnosis
@@ -42,6 +41,12 @@ def mode_name(mode: str) -> str:
     """What people call a mode; its id where the catalogue has dropped it."""
     modes = catalogue()
     return modes[mode].name if mode in modes else mode
+
+
+def takes_cylinder(mode: str) -> bool:
+    """Whether a mode hits one cylinder, so that choosing it means something."""
+    modes = catalogue()
+    return mode in modes and mode != "nominal" and not modes[mode].whole_engine
 
 
 def flown_fault(record: RunRecord) -> Fault:

@@ -7,7 +7,8 @@ from itertools import groupby
 import rerun as rr
 import rerun.blueprint as rrb
 
-from app.scenes.geometry import VERTICAL_SCALE, Camera
+from app.scenes.geometry import Camera
+from app.theme import VERTICAL_SCALE
 from core.channels import CHANNELS, CYLINDERS, Channel, Subsystem
 
 TIMELINE = "t"

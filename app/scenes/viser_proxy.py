@@ -20,7 +20,6 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
 from app import theme
-from app.scenes.geometry import VERTICAL_SCALE
 from app.scenes.palette import DARK, LIGHT, Palette
 from app.scenes.viser_scene import KEY_HEADER, ViserScene
 from core.errors import InputError
@@ -80,7 +79,7 @@ def _page() -> bytes:
     style = {"font": theme.FONT_FAMILY} | _colours("light", LIGHT) | _colours("dark", DARK)
     html = build.read_text(encoding="utf-8")
     html = html.replace("</head>", _INJECTED % style + "</head>", 1)
-    html = html.replace("</body>", _SCALE % VERTICAL_SCALE + "</body>", 1)
+    html = html.replace("</body>", _SCALE % theme.VERTICAL_SCALE + "</body>", 1)
     return gzip.compress(html.encode(), compresslevel=6, mtime=0)
 
 

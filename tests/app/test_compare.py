@@ -21,11 +21,12 @@ from app.figures.comparison import (
     values_of,
 )
 from app.figures.paths_3d import RISES, described, paths_figure, separations
+from app.kit.addresses import compare_path
 from app.kit.words import short_titles
 from app.pages.compare import page as compare
 from app.pages.compare.callbacks import _all_flown
+from app.pages.registry import read_address
 from app.pages.runs.page import row_of
-from app.shell import read_address
 from core.diagnosis.predict import load_diagnoser
 from core.experiments.paper.fig7 import KEY_CHANNELS
 from core.experiments.registry import COMPARED
@@ -77,11 +78,11 @@ def test_each_run_says_whether_its_diagnosis_was_right(store: RunStore, ids: lis
 
 def test_addresses(store: RunStore, ids: list[str]) -> None:
     assert read_address("/compare", store).kind == "compare"
-    assert read_address(compare.compare_path(ids), store).run_ids == tuple(ids)
-    twice = read_address(compare.compare_path([*ids, ids[0]]), store)
+    assert read_address(compare_path(ids), store).run_ids == tuple(ids)
+    twice = read_address(compare_path([*ids, ids[0]]), store)
     assert twice.run_ids == tuple(ids)
     for name in COMPARED:
-        assert read_address(f"/compare/{name}", store).preset == name
+        assert read_address(f"/compare/{name}", store).item == name
     for bad in ("nonsense", f"{ids[0]},nonsense", "20261123T061500-k3x9q2wz"):
         assert read_address(f"/compare/{bad}", store).kind == "missing"
     too_many = ",".join(f"20261123T061500-k3x9q2w{letter}" for letter in "abcdefg")

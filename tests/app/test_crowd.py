@@ -15,10 +15,10 @@ import psutil
 import pytest
 import uvicorn
 
+from app import sessions as live
 from app.crowd.measure import Flights, crowd, one_after_another
 from app.crowd.page import CrowdPage
 from app.crowd.server import Served, served
-from app.pages.fly import session as live
 from app.server import create_app, give_up_unread
 from core.fmea.fault import Fault
 from core.jobs.engine import Engine

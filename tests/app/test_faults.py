@@ -12,7 +12,7 @@ from app.figures.residuals import NOISE_SIGMA
 from app.figures.signature import COLUMNS, expected_text, strength
 from app.pages.faults import mode_page as fault_page
 from app.pages.faults import page as faults
-from app.shell import read_address
+from app.pages.registry import read_address
 from core.channels import CHANNEL_INDEX
 from core.experiments.signs.growth import SEVERITIES, Growth, fly_growth
 from core.experiments.stored import Shelved, take
@@ -110,7 +110,7 @@ def test_addresses_of_modes(
 ) -> None:
     store = RunStore(tmp_path_factory.mktemp("store"))
     address = read_address(path, store)
-    assert (address.kind, address.mode) == (kind, mode)
+    assert (address.kind, address.item) == (kind, mode)
     assert bool(address.problem) == (kind == "missing")
     store.close()
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from app.pages.registry import read_address
 from app.server import keep_emptying
-from app.shell import read_address
 from core.errors import StoreError
 from core.fmea.fault import Fault
 from core.store import labels as keeping

@@ -7,6 +7,7 @@ from typing import Any
 from dash import Dash, Input, Output, State, dcc, html, no_update
 from dash.exceptions import PreventUpdate
 
+from app.figures.axes import GRAPH_CONFIG
 from app.figures.comparison import (
     MAX_RUNS,
     PATH_STATES,
@@ -17,24 +18,30 @@ from app.figures.comparison import (
     track_figure,
 )
 from app.figures.paths_3d import RISES, described, paths_figure
+from app.kit.addresses import COMPARE_PREFIX, compare_path
 from app.kit.attributes import attributes
 from app.kit.wiring import in_browser
 from app.kit.words import short_titles
 from app.pages.compare import page as compare
-from app.pages.fly.page import GRAPH_CONFIG
-from app.recorder import Recorder
+from app.services import Services
 from core.channels import CHANNEL_INDEX
 from core.errors import MirrorTwinError
-from core.jobs.engine import Engine
 from core.store.records import RunRecord, valid_run_id
 from core.store.store import RunStore
 
 KINDS: tuple[Kind, ...] = ("reading", "residual", "difference")
 
 
-def register(app: Dash, engine: Engine, store: RunStore, recorder: Recorder) -> None:
+def register(app: Dash, services: Services) -> None:
     """Attach the callbacks of the page to ``app``."""
+    _register_choice(app, services.store)
+    _register_flying(app, services)
+    _register_refill(app, services.store)
+    _register_drawing(app, services.store)
+    in_browser(app, "paths3d", "dress", Input(compare.FIGURES_ID, "children"))
 
+
+def _register_choice(app: Dash, store: RunStore) -> None:
     @app.callback(
         Output("url", "pathname", allow_duplicate=True),
         Input(compare.PICK_ID, "value"),
@@ -50,7 +57,11 @@ def register(app: Dash, engine: Engine, store: RunStore, recorder: Recorder) -> 
         shown = await asyncio.to_thread(_shown_at, path, store)
         if chosen == shown:
             raise PreventUpdate
-        return compare.compare_path(chosen)
+        return compare_path(chosen)
+
+
+def _register_flying(app: Dash, services: Services) -> None:
+    store = services.store
 
     @app.callback(
         Output("page", "children", allow_duplicate=True),
@@ -62,7 +73,7 @@ def register(app: Dash, engine: Engine, store: RunStore, recorder: Recorder) -> 
     )
     async def fly_missing(clicks: int | None, path: str) -> Any:
         """Fly what a preset lacks; the page then waits for it."""
-        name = path.removeprefix(compare.COMPARE_PREFIX)
+        name = path.removeprefix(COMPARE_PREFIX)
         if not clicks or name not in compare.presets():
             raise PreventUpdate
         preset = compare.presets()[name]
@@ -70,13 +81,15 @@ def register(app: Dash, engine: Engine, store: RunStore, recorder: Recorder) -> 
         try:
             for fault, record in zip(preset.faults, found, strict=True):
                 if record is None:
-                    run_id = await asyncio.to_thread(engine.submit, preset.plan, fault)
-                    recorder.record(run_id)
+                    run_id = await asyncio.to_thread(services.engine.submit, preset.plan, fault)
+                    services.recorder.record(run_id)
         except MirrorTwinError as error:
             return html.Div([html.H1("The runs could not be started"), html.P(str(error))],
                             className="panel message-page")  # fmt: skip
         return await asyncio.to_thread(compare.layout, (), name, store)
 
+
+def _register_refill(app: Dash, store: RunStore) -> None:
     @app.callback(
         Output("page", "children", allow_duplicate=True),
         Input(compare.CLOCK_ID, "n_intervals"),
@@ -87,10 +100,12 @@ def register(app: Dash, engine: Engine, store: RunStore, recorder: Recorder) -> 
     )
     async def refill(ticks: int | None, path: str, shown: list[str]) -> Any:
         """Lay the page out anew once another run has landed."""
-        if not ticks or not path.startswith(compare.COMPARE_PREFIX):
+        if not ticks or not path.startswith(COMPARE_PREFIX):
             raise PreventUpdate
         return await asyncio.to_thread(_refilled, path, shown, store)
 
+
+def _register_drawing(app: Dash, store: RunStore) -> None:
     @app.callback(
         Output(compare.FIGURES_ID, "children"),
         Output("compare-channel-controls", "style"),
@@ -120,12 +135,10 @@ def register(app: Dash, engine: Engine, store: RunStore, recorder: Recorder) -> 
         hidden = {"display": "none"}
         return figures, *((hidden, {}) if view == "paths" else ({}, hidden))
 
-    in_browser(app, "paths3d", "dress", Input(compare.FIGURES_ID, "children"))
-
 
 def _shown_at(path: str, store: RunStore) -> list[str]:
     """The runs that the address shows, in its order."""
-    name = path.removeprefix(compare.COMPARE_PREFIX)
+    name = path.removeprefix(COMPARE_PREFIX)
     if name in compare.presets():
         found = compare.preset_runs(compare.presets()[name], store)
         return [record.id for record in found if record is not None]
@@ -133,7 +146,7 @@ def _shown_at(path: str, store: RunStore) -> list[str]:
 
 
 def _refilled(path: str, shown: Sequence[str], store: RunStore) -> Any:
-    name = path.removeprefix(compare.COMPARE_PREFIX)
+    name = path.removeprefix(COMPARE_PREFIX)
     preset = name if name in compare.presets() else None
     records = [store.get(run_id) for run_id in _shown_at(path, store)]
     done = [record.id for record in records if record.status == "done"]

@@ -10,10 +10,16 @@ from dash import dcc, html
 from app.figures.comparison import COLOURS, DASHES, MAX_RUNS
 from app.figures.outcome_line import outcome_mark
 from app.figures.paths_3d import RISES
+from app.kit.addresses import compare_path, run_path
 from app.kit.attributes import attributes
-from app.kit.words import STATUS_WORDS, flown_fault, mode_name, run_title, short_titles
-from app.pages.fly.setup import takes_cylinder
-from app.shell import run_path
+from app.kit.words import (
+    STATUS_WORDS,
+    flown_fault,
+    mode_name,
+    run_title,
+    short_titles,
+    takes_cylinder,
+)
 from core.channels import CHANNELS, channel, unit_label
 from core.clock import clock
 from core.fmea.fault import Fault
@@ -22,8 +28,6 @@ from core.store.records import RunRecord
 from core.store.store import RunStore
 from core.twin.plan import PLAN_RANGES, Plan
 from core.units import percent
-
-COMPARE_PREFIX = "/compare/"
 
 RUNS_ID, PICK_ID, VIEW_ID, KIND_ID, CHANNELS_ID, FIGURES_ID, FLY_ID, CLOCK_ID, RISE_ID = (
     "compare-runs", "compare-pick", "compare-view", "compare-kind", "compare-channels",
@@ -79,11 +83,6 @@ def preset_runs(preset: Preset, store: RunStore) -> list[RunRecord | None]:
         next((record for record in records if record.fault == fault), None)
         for fault in preset.faults
     ]
-
-
-def compare_path(run_ids: Sequence[str]) -> str:
-    """The address of a comparison."""
-    return COMPARE_PREFIX + ",".join(run_ids) if run_ids else "/compare"
 
 
 def layout(run_ids: Sequence[str], preset_name: str | None, store: RunStore) -> html.Div:
@@ -165,7 +164,7 @@ def _head(
     links = [
         html.Span(item.title, className="chip", **attributes(aria_current="page"))
         if name == preset_name
-        else dcc.Link(item.title, href=COMPARE_PREFIX + name, className="chip", id=f"preset-{name}")
+        else dcc.Link(item.title, href=compare_path([name]), className="chip", id=f"preset-{name}")
         for name, item in presets().items()
     ]
     return html.Section(

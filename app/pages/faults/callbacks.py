@@ -7,36 +7,22 @@ from typing import Any
 
 from dash import Dash, Input, Output, dcc, html
 
+from app.figures.axes import GRAPH_CONFIG
 from app.figures.growth import DASHES, growth_figure
 from app.figures.residuals import NOISE_SIGMA, heat_strip
 from app.kit.attributes import attributes
-from app.pages.compare import page as compare
 from app.pages.faults import mode_page as fault_page
 from app.pages.faults import page as faults
-from app.pages.fly.page import GRAPH_CONFIG
-from app.pages.results import page as results
-from app.shell import Address
 from core.channels import CHANNELS, unit_label
 from core.errors import MirrorTwinError
 from core.experiments.signs.growth import ONSET_S, PLAN, SEVERITIES, fly_growth
 from core.knowledge.knowledge import knowledge
 from core.knowledge.search import search
-from core.store.store import RunStore
 
 SHOWN_CHANNELS = 6
 
 _one_at_a_time = Lock()
 """A signature takes a second of one core: visitors of several pages wait for one another."""
-
-
-def layout(address: Address, store: RunStore, sandbox_prefix: str = "") -> html.Div:
-    """The page at an address of one of these kinds.
-
-    ``sandbox_prefix`` is that of the addresses open to a sandbox.
-    """
-    if address.kind == "compare":
-        return compare.layout(address.run_ids, address.preset, store)
-    return results.layout(address.result, sandbox_prefix)
 
 
 def register(app: Dash) -> None:

@@ -8,10 +8,10 @@ from dash import dcc, html
 
 from app.figures.chain import chain_diagram
 from app.figures.signature import expected_text, signed
+from app.kit.addresses import fault_path, fly_path
 from app.kit.attributes import attributes
 from app.kit.terms import term
 from app.kit.words import mode_name
-from app.pages.faults.page import fault_path, fly_path
 from core.channels import CYLINDERS, channel
 from core.experiments.signs.growth import SEVERITIES
 from core.experiments.stored import Shelved

@@ -8,15 +8,13 @@ import dash_mantine_components as dmc
 from dash import dcc, html
 
 from app.figures.signature import COLUMNS, cells, head
+from app.kit.addresses import fault_path, fly_path
 from app.kit.attributes import attributes
 from app.kit.terms import term
 from app.kit.words import mode_name
 from core.fmea.catalogue import Mode, catalogue
 from core.knowledge.knowledge import knowledge
 from core.knowledge.search import Hit
-
-FAULT_PREFIX = "/faults/"
-FLY_PREFIX = "/fly/"
 
 QUERY_ID, LIST_ID, HITS_ID = "fault-query", "fault-list", "fault-hits"
 
@@ -29,16 +27,6 @@ FIELD_WORDS = {
     "look-alike": "Look-alike",
     "action": "Action",
 }
-
-
-def fault_path(mode: str) -> str:
-    """The address of a mode's page."""
-    return FAULT_PREFIX + mode
-
-
-def fly_path(mode: str) -> str:
-    """The address that opens Fly with a mode filled in."""
-    return FLY_PREFIX + mode
 
 
 def catalogue_layout() -> html.Div:

@@ -1,4 +1,4 @@
-"""The page *Fly*: its form, its runs, what is made of them, and its 3D views."""
+"""The callbacks of the page *Fly*: its form, its runs, their diagnosis, its 3D views."""
 
 import asyncio
 from collections.abc import Callable
@@ -8,8 +8,18 @@ from typing import TYPE_CHECKING, Any
 from dash import Dash, Input, Output, State, no_update, set_props
 from dash.exceptions import PreventUpdate
 
+from app.kit.addresses import run_path
 from app.kit.wiring import in_browser, show_error
-from app.pages.fly import live_controls
+from app.kit.words import takes_cylinder
+from app.pages.fly import (
+    cursor_tools,
+    live_callbacks,
+    live_controls,
+    playback,
+    present,
+    scene_bar,
+    stream_callbacks,
+)
 from app.pages.fly import page as fly
 from app.pages.fly.setup import (
     FIELDS,
@@ -18,11 +28,9 @@ from app.pages.fly.setup import (
     fault_note,
     field_id,
     read_form,
-    takes_cylinder,
 )
 from app.pages.fly.view import RunView
 from app.services import Services
-from app.shell import run_path
 from core.errors import InputError, MirrorTwinError
 
 if TYPE_CHECKING:  # it loads torch
@@ -30,14 +38,23 @@ if TYPE_CHECKING:  # it loads torch
 
 
 def register(app: Dash, services: Services) -> None:
-    """Attach the callbacks of the page *Fly*, those of flight in progress and report aside."""
-    _register_runs(app, services)
+    """Attach all callbacks of the page *Fly*, those of the panel *Report* aside."""
+    for attach in (_register_run, _register_again, _register_retry, _register_cancel):
+        attach(app, services)
     _register_diagnosis(app, services)
     _register_form(app)
     _register_scene(app, services)
+    stream_callbacks.register(app, services)
+    live_callbacks.register(app, services.engine)
+    scene_bar.register(app, services.sessions)
+    playback.register(
+        app, lambda session_id, time_s: services.sessions.get(session_id).seek(time_s)
+    )
+    cursor_tools.register(app)
+    present.register(app)
 
 
-def _register_runs(app: Dash, services: Services) -> None:
+def _register_run(app: Dash, services: Services) -> None:
     fields = {name: State(field_id(name), "value") for name in FIELDS}
 
     @app.callback(
@@ -66,7 +83,7 @@ def _register_runs(app: Dash, services: Services) -> None:
     ) -> dict[str, Any]:
         """Fly what the form says; ``shown`` are the errors that it shows so far."""
         _require(clicks)
-        # Only what changes: the browser would draw every field anew before the first sample.
+        # Only what changes: the browser would draw every field again before the first sample.
         errors: dict[str, Any] = {name: None if shown[name] else no_update for name in FIELDS}
         try:
             plan, fault = read_form(values)
@@ -84,6 +101,8 @@ def _register_runs(app: Dash, services: Services) -> None:
         unfold = any(isinstance(errors[name], str) for name in WEATHER_FIELDS) or no_update
         return {"errors": errors, "weather": unfold}
 
+
+def _register_again(app: Dash, services: Services) -> None:
     @app.callback(
         Output("url", "pathname", allow_duplicate=True),
         Input("again", "n_clicks"),
@@ -103,6 +122,8 @@ def _register_runs(app: Dash, services: Services) -> None:
             show_error("The run could not be started", str(error))
             return no_update
 
+
+def _register_retry(app: Dash, services: Services) -> None:
     @app.callback(
         Input("retry", "n_clicks"),
         State("run-id", "data"),
@@ -117,6 +138,8 @@ def _register_runs(app: Dash, services: Services) -> None:
             services.recorder.record(run_id)
             services.sessions.get(session_id).show(run_id, again=True)
 
+
+def _register_cancel(app: Dash, services: Services) -> None:
     @app.callback(
         Input("cancel", "n_clicks"),
         State("run-id", "data"),

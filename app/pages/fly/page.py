@@ -7,15 +7,16 @@ import dash_mantine_components as dmc
 import numpy as np
 from dash import dcc, html
 
+from app.figures.axes import GRAPH_CONFIG
 from app.figures.engine_view import engine_view
 from app.figures.outcome_line import OUTCOME_ID
 from app.figures.probabilities import probability_figure
 from app.figures.residuals import heat_strip
 from app.figures.sensors import cleared, tile_specs
 from app.kit.attributes import attributes
+from app.kit.channel_panels import channel_panels
 from app.kit.nodes import Node, nodes
 from app.kit.terms import term
-from app.pages.fly.channel_panels import channel_panels
 from app.pages.fly.cursor_tools import cursor_tools
 from app.pages.fly.live_controls import ACTIONS_ID, live_bar
 from app.pages.fly.playback import playback_bar
@@ -25,8 +26,6 @@ from app.pages.report.panel import report_panel
 from core.channels import N_CHANNELS, Channel, unit_label
 from core.fmea.catalogue import catalogue
 from core.fmea.fault import Fault
-
-GRAPH_CONFIG: Any = {"displayModeBar": False, "doubleClick": "reset+autosize"}
 
 PROBABILITIES_ID = "probabilities"
 STRIP_ID = "residual-strip"

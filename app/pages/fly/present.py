@@ -11,8 +11,6 @@ from app.kit.attributes import attributes
 from app.kit.wiring import in_browser
 from core.channels import CHANNEL_INDEX, CYLINDERS, cht_name, egt_name
 
-PRESENT_PREFIX = "/present/"
-
 WALL_CHANNELS: tuple[str, ...] = (
     *(egt_name(cylinder) for cylinder in CYLINDERS),
     *(cht_name(cylinder) for cylinder in CYLINDERS),

@@ -1,7 +1,7 @@
 """Above the 3D scene of the page *Fly*: what colours the path, and from where one looks."""
 
 import asyncio
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import dash_mantine_components as dmc
 from dash import Dash, Input, Output, State, dcc, html
@@ -9,9 +9,7 @@ from dash import Dash, Input, Output, State, dcc, html
 from app.kit.attributes import attributes
 from app.scenes.cameras import View
 from app.scenes.painting import Legend, Paint, choices
-
-if TYPE_CHECKING:  # it imports the page
-    from app.pages.fly.session import Sessions
+from app.sessions import Sessions
 
 PAINT_ID, VIEW_ID, LEGEND_ID, BAR_ID, CLOCK_ID = (
     "scene-paint", "scene-view", "scene-legend", "scene-bar", "scene-clock",
@@ -55,7 +53,7 @@ def scene_bar() -> html.Div:
     )
 
 
-def register(app: Dash, sessions: "Sessions") -> None:
+def register(app: Dash, sessions: Sessions) -> None:
     """Attach the callbacks of the controls to ``app``."""
 
     @app.callback(

@@ -19,8 +19,6 @@ from core.twin.plan import PLAN_RANGES, Plan, Weather
 DEFAULT_PLAN = Plan(seed=7)
 DEFAULT_FAULT = Fault("cylinder_compression", severity=0.8, onset_s=60.0)
 
-_ONSET_RANGE = (0.0, PLAN_RANGES["duration_s"][1], "s")
-
 AUTO_CYLINDER = "auto"
 
 WEATHER_FIELDS: tuple[str, ...] = tuple(field.name for field in fields(Weather))
@@ -97,12 +95,6 @@ def read_form(values: Mapping[str, Any]) -> tuple[Plan, Fault]:
     )
     fault.check_within(plan.duration_s)
     return plan, fault
-
-
-def takes_cylinder(mode: str) -> bool:
-    """Whether a mode hits one cylinder, so that choosing it means something."""
-    modes = catalogue()
-    return mode in modes and mode != "nominal" and not modes[mode].whole_engine
 
 
 def fault_note(mode: str) -> str:

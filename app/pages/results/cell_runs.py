@@ -4,27 +4,20 @@ A card tells from which seeds its test flights were drawn, and the same seed giv
 to the last bit: so the flights need not be kept to be opened.
 """
 
-import asyncio
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Any
 
 import dash_mantine_components as dmc
-from dash import ALL, MATCH, Dash, Input, Output, State, ctx, dcc, html
-from dash.exceptions import PreventUpdate
+from dash import dcc, html
 
+from app.kit.addresses import run_path
 from app.kit.attributes import attributes
-from app.kit.words import mode_name
-from app.pages.fly.setup import takes_cylinder
-from app.recorder import Recorder
-from app.shell import run_path
+from app.kit.words import mode_name, takes_cylinder
 from core.clock import clock
 from core.dataset.generate import DatasetSpec, PlannedRun, planned_runs
 from core.errors import MirrorTwinError
-from core.experiments.stored import model_cards
-from core.jobs.engine import Engine
 from core.store.records import RunRecord
-from core.store.store import RunStore
 
 Card = Mapping[str, Any]
 
@@ -57,52 +50,6 @@ def place(card: Card) -> html.Div:
     )
 
 
-def register(app: Dash, engine: Engine, store: RunStore, recorder: Recorder) -> None:
-    """Attach the callbacks to ``app``."""
-
-    @app.callback(
-        Output({"type": "cell-runs", "card": MATCH}, "children"),
-        Input({"type": "confusion", "card": MATCH}, "clickData"),
-        Input({"type": "confused", "card": MATCH, "true": ALL, "said": ALL}, "n_clicks"),
-        State({"type": "confusion", "card": MATCH}, "id"),
-        websocket=True,
-        prevent_initial_call=True,
-    )
-    async def open_cell(
-        click: dict[str, Any] | None, clicks: list[int | None], matrix: dict[str, str]
-    ) -> Any:
-        """List the flights behind the cell that was chosen."""
-        card = _card(matrix["card"])
-        chosen = ctx.triggered_id
-        if chosen["type"] == "confused" and any(clicks):
-            true, said = chosen["true"], chosen["said"]
-        elif click and chosen["type"] == "confusion":
-            point = click["points"][0]
-            true, said = (card["classes"][int(point[axis])] for axis in ("y", "x"))
-        else:
-            raise PreventUpdate
-        return await asyncio.to_thread(flights, card, true, said, store.records())
-
-    @app.callback(
-        Output("url", "pathname", allow_duplicate=True),
-        Input({"type": "fly-test", "card": ALL, "run": ALL}, "n_clicks"),
-        websocket=True,
-        prevent_initial_call=True,
-    )
-    async def fly(clicks: list[int | None]) -> str:
-        """Open a test flight: the stored one, or flown now."""
-        if not any(clicks) or ctx.triggered_id is None:
-            raise PreventUpdate
-        card = _card(ctx.triggered_id["card"])
-        wanted = next(run for run in _test_runs(card) if run.id == ctx.triggered_id["run"])
-        stored = _stored(wanted, await asyncio.to_thread(store.records))
-        if stored is not None:
-            return run_path(stored.id)
-        run_id = await asyncio.to_thread(engine.submit, wanted.plan, wanted.fault)
-        recorder.record(run_id)
-        return run_path(run_id)
-
-
 def flights(card: Card, true: str, said: str, records: Sequence[RunRecord]) -> list[Any]:
     """The flights behind a cell: those that the card names, else all of the class injected."""
     scores = card["scores"]["test_windows"]
@@ -110,7 +57,7 @@ def flights(card: Card, true: str, said: str, records: Sequence[RunRecord]) -> l
     count = row[card["classes"].index(said)]
     told = scores.get("mistakes")
     try:
-        runs = [run for run in _test_runs(card) if run.fault.mode == true]
+        runs = [run for run in test_runs(card) if run.fault.mode == true]
     except MirrorTwinError as error:
         return [html.P(f"This card does not tell its test flights: {error}", className="note")]
     head = f"{mode_name(true)} taken for {mode_name(said)}" if true != said else (
@@ -127,7 +74,7 @@ def flights(card: Card, true: str, said: str, records: Sequence[RunRecord]) -> l
     return [
         html.H3(head, className="chart-title"),
         html.P(whose, className="note"),
-        html.Ul([_flight(card, run, _stored(run, records)) for run in runs]),
+        html.Ul([_flight(card, run, stored_run(run, records)) for run in runs]),
     ]
 
 
@@ -157,7 +104,7 @@ def _flight(card: Card, run: PlannedRun, stored: RunRecord | None) -> html.Li:
     )
 
 
-def _stored(run: PlannedRun, records: Sequence[RunRecord]) -> RunRecord | None:
+def stored_run(run: PlannedRun, records: Sequence[RunRecord]) -> RunRecord | None:
     """The newest stored run of the same plan and fault that came to an end."""
     return next(
         (
@@ -171,14 +118,8 @@ def _stored(run: PlannedRun, records: Sequence[RunRecord]) -> RunRecord | None:
     )
 
 
-def _card(name: str) -> Card:
-    found = [card for card in model_cards() if card["name"] == name]
-    if not found:
-        raise PreventUpdate
-    return found[0]
-
-
-def _test_runs(card: Card) -> tuple[PlannedRun, ...]:
+def test_runs(card: Card) -> tuple[PlannedRun, ...]:
+    """The test flights of a model, drawn from the seeds on its card; raises `InputError`."""
     spec = card["data"]["spec"]
     return _drawn(tuple((name, tuple(v) if isinstance(v, list) else v) for name, v in spec.items()))
 

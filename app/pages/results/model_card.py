@@ -5,10 +5,10 @@ from typing import Any, NamedTuple
 
 from dash import dcc, html
 
+from app.figures.axes import GRAPH_CONFIG
 from app.figures.scores import confusion_figure
+from app.kit.addresses import fault_path
 from app.kit.words import mode_name
-from app.pages.faults.page import fault_path
-from app.pages.fly.page import GRAPH_CONFIG
 from app.pages.results import cell_runs
 from core.experiments.stored import with_onset_known
 from core.knowledge.knowledge import tell_apart

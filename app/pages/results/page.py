@@ -6,12 +6,12 @@ from typing import Any
 
 from dash import dcc, html
 
+from app.figures.axes import GRAPH_CONFIG
 from app.figures.scores import beside_paper
+from app.kit.addresses import compare_path, fault_path, result_path
 from app.kit.attributes import attributes
 from app.kit.terms import term
 from app.kit.words import mode_name
-from app.pages.faults.page import fault_path
-from app.pages.fly.page import GRAPH_CONFIG
 from app.pages.results.measures import EXPLAINED, MEASURES
 from app.pages.results.model_card import card_line, model_parts, onset_note
 from core.experiments.headlines import WRITERS
@@ -19,14 +19,7 @@ from core.experiments.paper.published import paper_tables
 from core.experiments.registry import EXPERIMENTS, Experiment
 from core.experiments.stored import Shelved, model_cards, take
 
-RESULT_PREFIX = "/results/"
-
 Row = Mapping[str, Any]
-
-
-def result_path(name: str) -> str:
-    """The address of a result."""
-    return RESULT_PREFIX + name
 
 
 def layout(name: str | None, sandbox_prefix: str = "") -> html.Div:
@@ -313,7 +306,7 @@ def _picture(experiment: Experiment, shelved: Shelved, prefix: str) -> list[Any]
                    target="_blank", rel="noopener")
         )  # fmt: skip
     if experiment.is_compared:
-        links.append(dcc.Link("Fly these runs and compare them", href=f"/compare/{name}"))
+        links.append(dcc.Link("Fly these runs and compare them", href=compare_path([name])))
     if links:
         parts.append(html.P(links, className="link-row"))
     if name == "signs":

@@ -29,7 +29,7 @@ SHOWN: dict[str, str] = {}
 HIDDEN = {"display": "none"}
 
 
-def page(store: RunStore, imported: int = 0) -> html.Div:
+def current_layout(store: RunStore, imported: int = 0) -> html.Div:
     """The page as the store stands; what was thrown away a day ago is deleted for good."""
     with suppress(StoreError):  # a folder that cannot be written to
         empty(store)
@@ -189,7 +189,8 @@ def _register_arrivals(app: Dash, store: RunStore) -> None:
             raise PreventUpdate
         if problem := outcome.get("problem"):
             return no_update, str(problem)[:500], ""
-        return await asyncio.to_thread(page, store, len(outcome["imported"])), no_update, no_update
+        layout = await asyncio.to_thread(current_layout, store, len(outcome["imported"]))
+        return layout, no_update, no_update
 
     @app.callback(
         Output(runs.GRID_ID, "rowTransaction", allow_duplicate=True),

@@ -1,15 +1,14 @@
-"""Runs to take away and to bring along, over plain HTTP.
+"""Export and import of runs over plain HTTP.
 
     GET  /runs/files?id=...&id=...        a zip of these runs (`core.exchange.run_archive`)
     GET  /runs/<id>/<side>.csv?rate=1     one flight as a Garmin G1000 log
     POST /runs/import                     such a zip, as the body of the request
 
 An upload goes to the disk as it comes, up to a limit that is counted here, whatever it announces.
-Other sites' pages cannot send one: for this content type browsers ask first, and are told no.
+Other sites' pages cannot send one: for this content type browsers ask first, and the answer is no.
 """
 
 import asyncio
-import logging
 import tempfile
 from pathlib import Path
 from typing import Annotated
@@ -19,50 +18,18 @@ from fastapi.responses import FileResponse, JSONResponse, PlainTextResponse
 from starlette.background import BackgroundTask
 from starlette.requests import ClientDisconnect
 
+from app.archives import export_runs, import_runs
 from app.kit.words import run_title, sentence
-from app.scenes.recordings import with_recording
 from core.errors import InputError, MirrorTwinError, StoreError
 from core.exchange.g1000_writer import RATE_HZ, SIDES, g1000_csv, log_name
-from core.exchange.run_archive import MAX_PACKED, MAX_RUNS, pack, unpack
-from core.store.records import RunRecord
+from core.exchange.run_archive import MAX_PACKED, MAX_RUNS
 from core.store.store import RunStore
-
-logger = logging.getLogger(__name__)
 
 IMPORT_PATH = "/runs/import"
 EXPORT_PATH = "/runs/files"
 ZIP = "application/zip"
 
 _MAX_UPLOADS = 2
-
-
-def export_path(run_ids: list[str]) -> str:
-    """The address of a zip of these runs."""
-    return EXPORT_PATH + "?" + "&".join(f"id={run_id}" for run_id in run_ids)
-
-
-def csv_path(run_id: str, side: str) -> str:
-    """The address of one flight of a run as a G1000 log."""
-    return f"/runs/{run_id}/{side}.csv"
-
-
-def export_runs(store: RunStore, run_ids: list[str], path: Path) -> None:
-    """Pack runs with their recordings; raises `InputError` or `StoreError`."""
-    for run_id in run_ids[:MAX_RUNS]:
-        if store.get(run_id).status == "done":
-            with_recording(store, run_id)
-    pack(store, run_ids, path)
-
-
-def import_runs(store: RunStore, path: Path) -> list[RunRecord]:
-    """Unpack runs, and record those that came without a recording."""
-    records = unpack(store, path)
-    for record in records:
-        try:
-            with_recording(store, record.id)
-        except MirrorTwinError as error:  # the runs are in; the recording is made when it is asked
-            logger.warning("no recording of run %s: %s", record.id, error)
-    return records
 
 
 def mount(app: FastAPI, store: RunStore) -> None:

@@ -9,6 +9,7 @@ from dash import Dash, Input, Output, State, html, no_update, set_props
 from dash.exceptions import PreventUpdate
 
 from app.figures.mystery import mystery_flight, shown_marks
+from app.kit.addresses import TEACH_PREFIX, teach_path
 from app.kit.wiring import in_browser
 from app.pages.teach import page as teach
 from app.pages.teach import reveal as teach_reveal
@@ -26,7 +27,7 @@ logger = logging.getLogger(__name__)
 _LEARNER = re.compile(r"[A-Za-z0-9]{16,40}")
 
 
-def layout(attempt_id: str | None, classroom: Classroom) -> html.Div:
+def current_layout(attempt_id: str | None, classroom: Classroom) -> html.Div:
     """The page at ``/teach``, or that of one mystery flight as it stands."""
     if attempt_id is None:
         return teach_start.start_layout()
@@ -92,7 +93,7 @@ def _register_start(app: Dash, classroom: Classroom) -> None:
             attempt = await asyncio.to_thread(classroom.start, challenge, learner)
         except MirrorTwinError as error:
             return str(error)
-        set_props("url", {"pathname": teach.teach_path(attempt.id)})
+        set_props("url", {"pathname": teach_path(attempt.id)})
         return ""
 
 
@@ -183,7 +184,7 @@ async def _ended(
     classroom: Classroom, store: RunStore, attempt_id: str, answer: str | None
 ) -> html.Div:
     attempt = await asyncio.to_thread(classroom.submit, attempt_id, answer)
-    page = await asyncio.to_thread(layout, attempt_id, classroom)
+    page = await asyncio.to_thread(current_layout, attempt_id, classroom)
     if attempt.run_id is not None:
         asyncio.get_running_loop().run_in_executor(None, _record, store, attempt.run_id)
     return page
@@ -224,7 +225,7 @@ def _challenge(level: str, modes: str, code: str | None) -> Challenge:
 
 
 def _id_of(path: str) -> str:
-    return path.removeprefix(teach.TEACH_PREFIX)
+    return path.removeprefix(TEACH_PREFIX)
 
 
 def _is_learner(learner: object) -> TypeGuard[str]:

@@ -12,15 +12,13 @@ from dash import dcc, html
 
 from app.figures.mystery import mark_words, shown_marks
 from app.kit.attributes import attributes
+from app.kit.channel_panels import channel_panels
 from app.kit.terms import term
 from app.kit.words import mode_name
-from app.pages.fly.channel_panels import channel_panels
 from core.channels import Channel, unit_label
 from core.clock import clock
 from core.teach.attempt import Attempt
 from core.teach.scoring import RULES, Mark
-
-TEACH_PREFIX = "/teach/"
 
 FLIGHT_ID, MARKS_ID, MARK_ID, EVIDENCE_ID, DRAWN_ID = (
     "mystery-flight",
@@ -36,11 +34,6 @@ ANSWER_ID, SUBMIT_ID, GIVE_UP_ID, HINT_ID, NOTE_ID = (
     "mystery-hint",
     "mystery-note",
 )
-
-
-def teach_path(attempt_id: str) -> str:
-    """The address of a mystery flight."""
-    return TEACH_PREFIX + attempt_id
 
 
 def attempt_layout(

@@ -6,12 +6,10 @@ from dash import dcc, html
 
 from app.figures.mystery import DIRECTION_WORDS
 from app.figures.signature import signed
+from app.kit.addresses import fault_path, run_path
 from app.kit.attributes import attributes
-from app.kit.words import mode_name
-from app.pages.faults.page import fault_path
-from app.pages.fly.setup import takes_cylinder
+from app.kit.words import mode_name, takes_cylinder
 from app.pages.teach.page import charts, stores
-from app.shell import run_path
 from core.channels import channel, unit_label
 from core.clock import clock
 from core.diagnosis.diagnosis import Evidence

@@ -7,9 +7,9 @@ from typing import Any
 import dash_mantine_components as dmc
 from dash import dcc, html
 
+from app.kit.addresses import teach_path
 from app.kit.attributes import attributes
 from app.kit.words import mode_name
-from app.pages.teach.page import teach_path
 from core.clock import clock
 from core.teach.attempt import Attempt
 from core.teach.challenge import ALL_MODES, LEVELS, mode_sets
