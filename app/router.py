@@ -12,7 +12,7 @@ from app.kit.wiring import in_browser, show_error
 from app.kit.words import sentence
 from app.pages.registry import PAGES, page_of, read_address, tab_title
 from app.services import Services
-from app.sessions import UNEXPECTED
+from app.sessions import UNEXPECTED_ERROR
 from core.errors import StoreError
 
 logger = logging.getLogger(__name__)
@@ -21,7 +21,7 @@ logger = logging.getLogger(__name__)
 def report_unexpected(error: Exception) -> None:
     """Log an error that no callback expected, and show that there was one; its text stays here."""
     logger.error("a callback failed", exc_info=error)
-    show_error("Something went wrong", UNEXPECTED)
+    show_error("Something went wrong", UNEXPECTED_ERROR)
 
 
 def register(app: Dash, services: Services) -> None:

@@ -25,7 +25,9 @@ from core.errors import InputError, MirrorTwinError
 
 logger = logging.getLogger(__name__)
 
-UNEXPECTED = "The server met an error it did not expect; its log says more. Reload to try again."
+UNEXPECTED_ERROR = (
+    "The server met an error it did not expect; its log says more. Reload to try again."
+)
 
 APART_S = 0.02
 """Between two messages that are to arrive apart: Dash gathers what it is given within 5 ms."""
@@ -208,7 +210,7 @@ class Session:
             raise
         except Exception:
             logger.exception("showing run %s failed", run_id)
-            await page.send([alert("error", "Something went wrong", UNEXPECTED)])
+            await page.send([alert("error", "Something went wrong", UNEXPECTED_ERROR)])
 
 
 class Sessions:

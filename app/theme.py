@@ -18,7 +18,7 @@ ONSET = "#7b8794"
 """The injection mark on every time axis."""
 
 CLASS_COLOURS: tuple[str, ...] = ("#2f81d8", "#c7519c", "#7a6ff0", "#1f9fb5", "#a5703c")
-"""The five most probable classes, in order; the rest are drawn in `CLASS_REST`."""
+"""The most probable classes, in order; the rest are drawn in `CLASS_REST`."""
 
 CLASS_REST = "#97a3b0"
 

@@ -9,7 +9,7 @@ from core.errors import InputError
 DESCRIPTION = """\
 Measure the speed of the twin, as medians over the rounds:
 
-  trajectory_ratio        a 300 s flight with autopilot, fault and 23 channels, in bare JSBSim loops
+  trajectory_ratio        a 300 s flight with autopilot, fault and sensors, in bare JSBSim loops
                           of the same aircraft and steps in the same process
   pair_ratio              that flight and its mirror, likewise
   long_flight_cost_ratio  a simulated second of a 2 h pair against one of a 300 s pair

@@ -29,7 +29,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--runs-per-class", type=int, metavar="N",
-        help="flights of each of the 20 classes, 4 or more (default: as in assets/dataset.toml)",
+        help="flights of each class, 4 or more (default: as in assets/dataset.toml)",
     )  # fmt: skip
     parser.add_argument(
         "--seed", type=int, metavar="N",

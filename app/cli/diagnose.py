@@ -24,8 +24,8 @@ examples:
   mirrortwin diagnose flight --residual surrogate
   mirrortwin diagnose flight --conditions field
 
-the JSON holds "top" (a fault id), "probabilities" (id: 0 to 1, all 20) and "evidence" (channels
-that left their mirror, or what the surrogate expected: when, how far, which way).
+the JSON holds "top" (a fault id), "probabilities" (id: 0 to 1, of every class) and "evidence" (the
+channels that left their mirror, or what the surrogate expected: when, how far, which way).
 """
 
 
@@ -151,10 +151,13 @@ def read_pair(folder: Path, *, mirrored: bool = True) -> "Pair":
 def _print_tables(diagnosis: "Diagnosis") -> None:
     from rich.table import Table
 
+    from core.channels import unit_label
+    from core.units import percent
+
     stdout().print(f"{diagnosis.model}, trained for {diagnosis.conditions} conditions\n")
     ranked = Table("diagnosis", "probability", box=None)
     for mode, probability in diagnosis.ranked(3):
-        ranked.add_row(mode, f"{probability:.1%}")
+        ranked.add_row(mode, percent(probability))
     stdout().print(ranked)
     if diagnosis.none_of_these:
         stdout().print("\nNone of these: the flight resembles nothing that the model has learnt.")
@@ -167,7 +170,7 @@ def _print_tables(diagnosis: "Diagnosis") -> None:
             item.channel,
             f"{item.start_s:.0f} s",
             f"{item.end_s:.0f} s",
-            f"{item.value:+.3g} {item.unit}",
+            f"{item.value:+.3g} {unit_label(item.unit)}",
             f"{item.sigma:+.1f}",
         )
     stdout().print()

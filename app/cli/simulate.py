@@ -20,7 +20,7 @@ _BLOCK_S = 30.0
 DESCRIPTION = """\
 Fly one flight twice, with the fault and without it, and write what both aircraft logged:
 
-  faulted.parquet, mirror.parquet   time, 23 channels and the flight states, 50 samples a second
+  faulted.parquet, mirror.parquet   time, channels and flight states, 50 samples a second
   run.rrd                           the same for the Rerun viewer
   run.json                          the plan, the fault and what was done on the way
 

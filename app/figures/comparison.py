@@ -19,8 +19,8 @@ from app.figures.axes import (
 )
 from core.channels import channel, unit_label
 
-MAX_RUNS = 6
-POINTS_PER_LINE = 900
+MAX_COMPARED = 6
+COMPARED_POINTS = 900
 OUTLIER = 5.0
 LEAST_FT = 2.0
 ROW_PX = 170
@@ -71,7 +71,7 @@ def channels_figure(runs: Sequence[Flown], names: Sequence[str], kind: Kind) -> 
             noise = float(np.hypot(logged.noise_sd, logged.wander_sd))
             axes[f"yaxis{suffix}"]["range"] = framed(lines, 4.0 * noise)
         for place, (run, values) in enumerate(zip(runs, lines, strict=True)):
-            drawn = kept_rows(run.time_s[: len(values)], values, POINTS_PER_LINE)
+            drawn = kept_rows(run.time_s[: len(values)], values, COMPARED_POINTS)
             traces.append(
                 {
                     **_line(place, run.label),
@@ -139,7 +139,7 @@ def side_figure(runs: Sequence[Flown], *, against_mirror: bool) -> Figure:
         if against_mirror:
             altitude_ft = altitude_ft - run.mirror["altitude_ft"]
         drawn.append(altitude_ft)
-        rows = kept_rows(run.time_s, altitude_ft, POINTS_PER_LINE)
+        rows = kept_rows(run.time_s, altitude_ft, COMPARED_POINTS)
         traces.append(
             {
                 **_line(place, run.label),
@@ -160,7 +160,7 @@ def track_figure(runs: Sequence[Flown]) -> Figure:
     traces = []
     for place, run in enumerate(runs):
         east_nm, north_nm = (run.faulted[name] / M_PER_NM for name in ("east_m", "north_m"))
-        rows = np.linspace(0, len(run.time_s) - 1, min(len(run.time_s), POINTS_PER_LINE))
+        rows = np.linspace(0, len(run.time_s) - 1, min(len(run.time_s), COMPARED_POINTS))
         drawn = rows.astype(np.intp)
         traces.append(
             {

@@ -9,6 +9,7 @@ from typing import Any, TypedDict
 import numpy as np
 
 from app.figures.axes import Array
+from app.figures.probabilities import LEADERS
 from core.channels import CHANNEL_INDEX, channel, unit_label
 from core.diagnosis.diagnosis import Diagnosis
 from core.diagnosis.naming import named_at
@@ -18,7 +19,6 @@ from core.twin.events import FlightEvent
 MOST_EXCESSES = 200
 """A reading may cross its limit with every gust: so many crossings are drawn, the longest."""
 
-LEADERS = 5
 LEAST_SHARE = 0.0005
 """What reads as 0.0 % is not shown."""
 
@@ -56,7 +56,7 @@ def named_marks(
 ) -> list[Mark]:
     """Since when the fault that is flown leads, for good; nothing for a healthy flight.
 
-    ``time_s`` (k,) and ``probabilities`` (k, 20) are those of the windows so far.
+    ``time_s`` (k,) and ``probabilities`` (k, n_classes) are those of the windows so far.
     """
     if fault.mode == "nominal" or fault.mode not in classes or not len(time_s):
         return []
@@ -85,8 +85,9 @@ def track(
 ) -> dict[str, Any]:
     """The answers of all windows, for the ranking at the time cursor (``assets/ranking.js``).
 
-    ``time_s`` (k,), ``probabilities`` (k, 20) by the classes in ``names``; ``colours`` are those of
-    the lines in the chart. Of each window the leaders alone are sent: place of the class and share.
+    ``time_s`` (k,), ``probabilities`` (k, n_classes) by the classes in ``names``; ``colours`` are
+    those of the lines in the chart. Of each window only the leaders are sent: place of the class
+    and share.
     """
     return {
         "run": run_id,

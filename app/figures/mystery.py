@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from app.figures.axes import base64_floats, kept_rows
-from app.figures.sensors import POINTS_PER_LINE, tile_specs
+from app.figures.sensors import TILE_POINTS, tile_specs
 from core.channels import CHANNEL_INDEX, CHANNELS, channel
 from core.teach.scoring import Mark
 from core.twin.trajectory import Array, Array32, Trajectory
@@ -27,7 +27,7 @@ def mystery_flight(
         lines: list[Array32] = [readings.channels[:, index]]
         if mirror is not None:
             lines.append(mirror.channels[:, index])
-        kept = [kept_rows(time_s, line, POINTS_PER_LINE) for line in lines]
+        kept = [kept_rows(time_s, line, TILE_POINTS) for line in lines]
         rows = np.unique(np.concatenate(kept))
         columns: list[Array | Array32] = [time_s, *lines]
         drawn.append([base64_floats(values[rows]) for values in columns])

@@ -24,7 +24,7 @@ LEADERS = len(theme.CLASS_COLOURS)
 NEGLIGIBLE = 0.02
 """Below this throughout, a class's line would lie on the axis: it is left out."""
 
-POINTS_PER_LINE = 240
+CLASS_POINTS = 240
 """A window every 5 s makes 1,440 in 2 h, and the chart is drawn anew with each few of them."""
 
 MIN_LEAD = 0.15
@@ -80,7 +80,7 @@ def probability_figure(
     likely = [mode for mode in names if shares[:, columns[mode]].max(initial=0.0) >= NEGLIGIBLE]
     order = [*(mode for mode in likely if mode not in colours), *reversed(colours)]
     lines = {mode: shares[:, columns[mode]] for mode in order}
-    drawn = {mode: kept_rows(time_s, line, POINTS_PER_LINE) for mode, line in lines.items()}
+    drawn = {mode: kept_rows(time_s, line, CLASS_POINTS) for mode, line in lines.items()}
     traces = [
         {
             "type": "scatter",

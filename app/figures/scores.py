@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from app import theme
 from app.figures.axes import Figure, bare_layout
 
-ROW_PX = 34
+BAR_PX = 34
 
 
 def beside_paper(
@@ -43,7 +43,7 @@ def beside_paper(
         hovermode="closest",
         showlegend=True,
         legend={"orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom", "font": {"size": 11}},
-        height=90 + ROW_PX * len(rows),
+        height=90 + BAR_PX * len(rows),
         xaxis={
             "title": {"text": title, "font": {"size": 11}},
             "type": "log" if log else "linear",

@@ -56,12 +56,12 @@ class Streamed:
 
     @property
     def faulted(self) -> Array:
-        """Their channels, (n, 23)."""
+        """Their channels, (n, n_channels)."""
         return self._channels[0, : self._n]
 
     @property
     def mirror(self) -> Array:
-        """Those of the mirror, (n, 23)."""
+        """Those of the mirror, (n, n_channels)."""
         return self._channels[1, : self._n]
 
     def since(self, start: int) -> dict[str, Any]:
@@ -80,7 +80,10 @@ class Streamed:
         }
 
     def _grouped(self, first: int) -> Array32:
-        """The extremes of the groups from ``first`` on, (3, 23, groups, 6); the last may grow."""
+        """Extremes of the groups from ``first`` on, the last of which may grow.
+
+        (3, n_channels, groups, 6).
+        """
         per = self._seconds_a_group
         seconds = self._extremes[:, :, first * per : self._n_seconds]
         n = seconds.shape[2] // per

@@ -1,4 +1,4 @@
-"""The 23 channels of a page, in panels by subsystem."""
+"""All channels of a page, in panels by subsystem."""
 
 from collections.abc import Callable
 from itertools import groupby

@@ -223,7 +223,7 @@ class Camera:
 ASPECT = 1.6
 """Width over height of a view that has not said its own."""
 
-_FOV = 0.6
+FOV_RAD = 0.6
 _FILL_ACROSS, _FILL_UP = 0.8, 0.88  # labels stick out sideways
 
 
@@ -233,7 +233,9 @@ def in_view(camera: Camera, points: Array, aspect: float = ASPECT) -> bool:
     return bool(np.all((np.abs(right) < aspect) & (np.abs(up) < 1.0) & (depth > 0.0)))
 
 
-def framed(points: Array, heading_deg: float, aspect: float = ASPECT, fov: float = _FOV) -> Camera:
+def framed(
+    points: Array, heading_deg: float, aspect: float = ASPECT, fov: float = FOV_RAD
+) -> Camera:
     """A camera from the right of the track that shows all ``points`` (n, 3) with a margin.
 
     From there the flight runs left to right, as time does on the plots, and heights read as

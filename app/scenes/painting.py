@@ -75,7 +75,7 @@ def choices() -> list[dict[str, object]]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Readings:
-    """What both aircraft read. ``time_s``: (n,). ``faulted``, ``mirror``: (n, 23) float32."""
+    """Readings of both aircraft. ``time_s``: (n,). ``faulted``, ``mirror``: (n, n_channels)."""
 
     time_s: Array
     faulted: NDArray[np.float32]

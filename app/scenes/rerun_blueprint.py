@@ -9,7 +9,7 @@ import rerun.blueprint as rrb
 
 from app.scenes.geometry import Camera
 from app.theme import VERTICAL_SCALE
-from core.channels import CHANNELS, CYLINDERS, Channel, Subsystem
+from core.channels import CHANNELS, CYLINDERS, Channel, Subsystem, unit_label
 
 TIMELINE = "t"
 _TAB_ORDER: tuple[Subsystem, ...] = ("engine", "oil", "fuel", "electrical", "flight")
@@ -39,7 +39,7 @@ def _plots() -> tuple[Plot, ...]:
         label = first.label.rstrip(" 0123456789") if len(channels) > 2 else " and ".join(
             [first.label, *(channel.label.lower() for channel in channels[1:])]
         )  # fmt: skip
-        unit = first.unit.replace("deg", "\N{DEGREE SIGN}")
+        unit = unit_label(first.unit)
         path = "/channels/" + "_".join(channel.name.split()[-1] for channel in channels)
         plots.append(Plot(path, f"{label}, {unit}", first.subsystem, channels, columns))
     return tuple(plots)

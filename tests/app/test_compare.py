@@ -12,7 +12,7 @@ import pytest
 from dash._utils import to_json
 
 from app.figures.comparison import (
-    MAX_RUNS,
+    MAX_COMPARED,
     PATH_STATES,
     channels_figure,
     framed,
@@ -86,7 +86,7 @@ def test_addresses(store: RunStore, ids: list[str]) -> None:
     for bad in ("nonsense", f"{ids[0]},nonsense", "20261123T061500-k3x9q2wz"):
         assert read_address(f"/compare/{bad}", store).kind == "missing"
     too_many = ",".join(f"20261123T061500-k3x9q2w{letter}" for letter in "abcdefg")
-    assert f"At most {MAX_RUNS}" in read_address(f"/compare/{too_many}", store).problem
+    assert f"At most {MAX_COMPARED}" in read_address(f"/compare/{too_many}", store).problem
 
 
 def test_only_what_differs_is_listed(store: RunStore, ids: list[str]) -> None:

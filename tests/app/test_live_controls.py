@@ -42,7 +42,7 @@ def test_what_cannot_be_done_names_a_field_of_the_bar(
 
 
 def test_the_form_offers_paces() -> None:
-    assert live_controls.read_pace(live_controls.AT_ONCE) is None
+    assert live_controls.read_pace(live_controls.NO_PACE) is None
     assert live_controls.read_pace("60") == 60.0
     for wrong in ("7", "nan", "fast"):
         with pytest.raises(InputError, match="pace"):

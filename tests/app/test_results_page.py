@@ -142,7 +142,7 @@ def test_mistakes_between_look_alikes_say_what_tells_the_two_apart() -> None:
     windows = {**card["scores"]["test_windows"], "confusion": counts, "mistakes": []}
     made = {**card, "scores": {**card["scores"], "test_windows": windows}}
     text = sent(model_parts(made))
-    assert "4 windows are named wrongly, 3 of them (75 %) for a look-alike" in text
+    assert "4 windows are named wrongly, 3 of them (75.0 %) for a look-alike" in text
     tell = tell_apart("baffle_plug", "baffle_crack")
     assert tell is not None
     assert text.count(tell) == 1

@@ -2,7 +2,7 @@
 
 from dash import Dash, html
 
-from app.figures.comparison import MAX_RUNS
+from app.figures.comparison import MAX_COMPARED
 from app.kit.addresses import Address, missing, parts, run_problem
 from app.pages.compare import callbacks
 from app.pages.compare.page import layout
@@ -27,8 +27,8 @@ class ComparePage(Page):
         if name in ("", *COMPARED):
             return Address(self.kind, item=name or None)
         run_ids = tuple(dict.fromkeys(name.split(",")))
-        if len(run_ids) > MAX_RUNS:
-            return missing(f"At most {MAX_RUNS} runs are compared at once, not {len(run_ids)}.")
+        if len(run_ids) > MAX_COMPARED:
+            return missing(f"At most {MAX_COMPARED} runs are compared at once, not {len(run_ids)}.")
         problems = (run_problem(run_id, store) for run_id in run_ids)
         problem = next(filter(None, problems), "")
         return missing(problem) if problem else Address(self.kind, run_ids=run_ids)

@@ -9,7 +9,7 @@ from dash.exceptions import PreventUpdate
 
 from app.figures.axes import GRAPH_CONFIG
 from app.figures.comparison import (
-    MAX_RUNS,
+    MAX_COMPARED,
     PATH_STATES,
     Flown,
     Kind,
@@ -53,7 +53,7 @@ def _register_choice(app: Dash, store: RunStore) -> None:
     async def choose(run_ids: list[str] | None, path: str, offered: list[dict[str, str]]) -> str:
         """Go to the comparison that was chosen; the address then says what is shown."""
         known = {item["value"] for item in offered}
-        chosen = [run_id for run_id in run_ids or [] if run_id in known][:MAX_RUNS]
+        chosen = [run_id for run_id in run_ids or [] if run_id in known][:MAX_COMPARED]
         shown = await asyncio.to_thread(_shown_at, path, store)
         if chosen == shown:
             raise PreventUpdate
@@ -122,7 +122,7 @@ def _register_drawing(app: Dash, store: RunStore) -> None:
     ) -> tuple[Any, Any, Any]:
         """Draw the runs as asked."""
         channels = [name for name in names or [] if name in CHANNEL_INDEX]
-        ids = [run_id for run_id in run_ids if valid_run_id(run_id)][:MAX_RUNS]
+        ids = [run_id for run_id in run_ids if valid_run_id(run_id)][:MAX_COMPARED]
         times = next((times for times in RISES if str(times) == rise), RISES[0])
         figures: Any = None
         try:

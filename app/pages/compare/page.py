@@ -1,4 +1,4 @@
-"""The page *Compare*: up to six stored runs in one picture, and what they differ in."""
+"""The page *Compare*: several stored runs in one picture, and what they differ in."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from typing import Any
 import dash_mantine_components as dmc
 from dash import dcc, html
 
-from app.figures.comparison import COLOURS, DASHES, MAX_RUNS
+from app.figures.comparison import COLOURS, DASHES, MAX_COMPARED
 from app.figures.outcome_line import outcome_mark
 from app.figures.paths_3d import RISES
 from app.kit.addresses import compare_path, run_path
@@ -20,7 +20,7 @@ from app.kit.words import (
     short_titles,
     takes_cylinder,
 )
-from core.channels import CHANNELS, channel, unit_label
+from core.channels import CHANNELS, unit_label
 from core.clock import clock
 from core.fmea.fault import Fault
 from core.store.outcome import run_outcome
@@ -37,7 +37,10 @@ RUNS_ID, PICK_ID, VIEW_ID, KIND_ID, CHANNELS_ID, FIGURES_ID, FLY_ID, CLOCK_ID, R
 OFFERED = 200
 """Of so many stored runs, the newest, one can choose."""
 
-POLL_MS = 1500
+MAX_CHANNELS = 8
+"""Number of channels drawn at once."""
+
+LANDING_POLL_MS = 1500
 
 NOTHING = "–"
 
@@ -56,16 +59,30 @@ class Preset:
 def presets() -> dict[str, Preset]:
     """The paper's two comparisons by the name in their address."""
     # Here, because it brings Plotly's own classes along: half a second that no other page needs.
-    from core.experiments.paper.representative import NOMINAL, PLAN, REPRESENTATIVE, fault_of
+    from core.experiments.paper.fig7 import KEY_CHANNELS
+    from core.experiments.paper.representative import (
+        NOMINAL,
+        PLAN,
+        REPRESENTATIVE,
+        SEVERITY,
+        fault_of,
+    )
 
     faults = tuple(map(fault_of, (NOMINAL, *REPRESENTATIVE)))
-    same = "Five faults of severity 0.8 and the nominal flight, all on one plan and seed."
+    same = (
+        f"{len(REPRESENTATIVE)} faults of severity {SEVERITY:g} and the nominal flight, all on one "
+        "plan and seed."
+    )
     return {
         "fig6": Preset(
             "Fig. 6", f"{same} Where does each take the aircraft?", "paths", PLAN, faults
         ),
         "fig7": Preset(
-            "Fig. 7", f"{same} How do six key channels answer?", "channels", PLAN, faults
+            "Fig. 7",
+            f"{same} How do {len(KEY_CHANNELS)} key channels respond?",
+            "channels",
+            PLAN,
+            faults,
         ),
     }
 
@@ -103,7 +120,7 @@ def layout(run_ids: Sequence[str], preset_name: str | None, store: RunStore) -> 
             _waiting(waiting),
             *(_comparison(done, preset) if done else [_empty(store)] if not missing else []),
             dcc.Store(id=RUNS_ID, data=[record.id for record in done]),
-            dcc.Interval(id=CLOCK_ID, interval=POLL_MS, disabled=not waiting),
+            dcc.Interval(id=CLOCK_ID, interval=LANDING_POLL_MS, disabled=not waiting),
         ],
         className="compare-page",
     )
@@ -180,11 +197,11 @@ def _head(
             html.P(preset.about, className="note") if preset else None,
             dmc.MultiSelect(
                 id=PICK_ID,
-                label=f"Runs, up to {MAX_RUNS}",
-                placeholder="Add a run" if len(shown) < MAX_RUNS else "",
+                label=f"Runs, up to {MAX_COMPARED}",
+                placeholder="Add a run" if len(shown) < MAX_COMPARED else "",
                 data=[{"value": item.id, "label": _option(item)} for item in options.values()],
                 value=[record.id for record in shown],
-                maxValues=MAX_RUNS,
+                maxValues=MAX_COMPARED,
                 searchable=True,
                 hidePickedOptions=True,
                 nothingFoundMessage="No such run",
@@ -225,7 +242,11 @@ def _waiting(waiting: Sequence[RunRecord]) -> html.P | None:
 def _empty(store: RunStore) -> html.Section:
     any_done = any(record.status == "done" for record in store.records())
     first: list[Any] = (
-        ["Choose up to six runs above, or tick them in ", dcc.Link("Runs", href="/runs"), "."]
+        [
+            f"Choose up to {MAX_COMPARED} runs above, or tick them in ",
+            dcc.Link("Runs", href="/runs"),
+            ".",
+        ]
         if any_done
         else ["No finished run is stored yet: ", dcc.Link("fly one", href="/"), "."]
     )
@@ -236,9 +257,9 @@ def _empty(store: RunStore) -> html.Section:
                 "what differs between them."
             ),
             html.P(
-                [*first, " Or take one of the paper's comparisons: Fig. 6 shows where five faults "
-                 "take the aircraft, Fig. 7 what six channels read meanwhile. Runs that are "
-                 "missing are flown for you."]
+                [*first, " Or take one of the paper's comparisons: Fig. 6 shows where each fault "
+                 "takes the aircraft, Fig. 7 what the key channels read. Missing runs are flown "
+                 "for you."]
             ),
         ],
         className="panel empty",
@@ -268,7 +289,8 @@ def _comparison(done: Sequence[RunRecord], preset: Preset | None) -> list[html.S
 
 
 def _controls(view: str, done: Sequence[RunRecord]) -> list[Any]:
-    key = ("E1 RPM", "E1 CHT1", "E1 EGT1", "E1 OilT", "E1 OilP", "AltMSL")
+    from core.experiments.paper.fig7 import KEY_CHANNELS  # as in `presets`
+
     return [
         dmc.SegmentedControl(
             id=VIEW_ID,
@@ -296,13 +318,13 @@ def _controls(view: str, done: Sequence[RunRecord]) -> list[Any]:
                         {"value": item.name, "label": f"{item.label}, {unit_label(item.unit)}"}
                         for item in CHANNELS
                     ],
-                    value=[channel(name).name for name in key],
-                    maxValues=8,
+                    value=list(KEY_CHANNELS),
+                    maxValues=MAX_CHANNELS,
                     searchable=True,
                     hidePickedOptions=True,
                     size="xs",
                     className="compare-channels",
-                    **attributes(aria_label="Channels, up to eight"),
+                    **attributes(aria_label=f"Channels, up to {MAX_CHANNELS}"),
                 ),
             ],
             id="compare-channel-controls",

@@ -8,12 +8,12 @@ from typing import Any
 from dash import Dash, Input, Output, dcc, html
 
 from app.figures.axes import GRAPH_CONFIG
-from app.figures.growth import DASHES, growth_figure
+from app.figures.growth import SEVERITY_DASHES, growth_figure
 from app.figures.residuals import NOISE_SIGMA, heat_strip
 from app.kit.attributes import attributes
 from app.pages.faults import mode_page as fault_page
 from app.pages.faults import page as faults
-from core.channels import CHANNELS, unit_label
+from core.channels import CHANNELS, N_CHANNELS, unit_label
 from core.errors import MirrorTwinError
 from core.experiments.signs.growth import ONSET_S, PLAN, SEVERITIES, fly_growth
 from core.knowledge.knowledge import knowledge
@@ -98,7 +98,7 @@ def _flown_signature(mode: str) -> list[Any]:
             className="growth",
         ),
         html.H3(
-            "All 23 channels at severity 1, in standard deviations of sensor noise",
+            f"All {N_CHANNELS} channels at severity 1, in standard deviations of sensor noise",
             className="chart-title",
         ),
         _graph("signature-strip", strip, "strip-chart"),
@@ -109,7 +109,7 @@ def _legend() -> html.Span:
     return html.Span(
         [
             html.Span([html.I(className=f"key residual key-{dash}"), f"{severity:g}"])
-            for severity, dash in zip(SEVERITIES, DASHES, strict=True)
+            for severity, dash in zip(SEVERITIES, SEVERITY_DASHES, strict=True)
         ],
         className="growth-legend",
     )

@@ -17,6 +17,7 @@ from core.experiments.signs.growth import SEVERITIES
 from core.experiments.stored import Shelved
 from core.fmea.catalogue import Mode, catalogue
 from core.knowledge.knowledge import SIGNS, ExpectedShift, ModeKnowledge, knowledge
+from core.units import percent
 
 SIGNATURE_ID = "signature"
 SIGNS_COMMAND = "mirrortwin experiment signs"
@@ -235,7 +236,7 @@ def _file(mode: Mode, written: ModeKnowledge) -> html.Dl:
     entries: list[tuple[str, Any]] = [("ATA chapter", written.ata), ("Records", written.records)]
     if not mode.whole_engine:
         shares = ", ".join(
-            f"{cylinder}: {100 * share:.0f} %"
+            f"{cylinder}: {percent(share)}"
             for cylinder, share in zip(CYLINDERS, written.cylinder_share, strict=True)
         )
         entries.append(("By cylinder", shares))

@@ -17,7 +17,7 @@ from fastapi import FastAPI, Request, Response
 from fastapi.responses import PlainTextResponse
 
 from app.figures.axes import Array
-from app.figures.sensors import POINTS_PER_LINE, decimated, packed_lines
+from app.figures.sensors import TILE_POINTS, decimated, packed_lines
 from core.channels import N_CHANNELS
 from core.errors import InputError, MirrorTwinError
 from core.jobs.engine import Engine
@@ -58,7 +58,7 @@ def part_of(
         return {
             "whole": decimated(time_s, faulted, mirror),
             "until_s": _end(time_s, from_s),
-            "is_exact": len(time_s) <= POINTS_PER_LINE,
+            "is_exact": len(time_s) <= TILE_POINTS,
         }
     return streamed_part(engine.history(run_id), from_s, to_s)
 

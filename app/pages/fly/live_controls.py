@@ -12,6 +12,7 @@ import dash_mantine_components as dmc
 from dash import html
 
 from app.kit.attributes import attributes
+from core.channels import unit_label
 from core.clock import clock
 from core.errors import InputError
 from core.fmea.catalogue import catalogue
@@ -26,7 +27,7 @@ PAUSE_ID = "live-pause"
 PACE_ID = "pace"
 """The choice in the form, before the flight."""
 
-AT_ONCE = "at once"
+NO_PACE = "at once"
 
 FIELDS: tuple[str, ...] = ("fault", "severity", "altitude_ft", "speed_kt")
 """What can be typed into the bar, under the name that an `InputError` gives it."""
@@ -61,9 +62,9 @@ def pace_choice() -> dmc.InputWrapper:
         dmc.SegmentedControl(
             id=PACE_ID,
             data=[
-                {"value": value, "label": label} for value, label in [(AT_ONCE, "At once"), *paces]
+                {"value": value, "label": label} for value, label in [(NO_PACE, "At once"), *paces]
             ],
-            value=AT_ONCE,
+            value=NO_PACE,
             fullWidth=True,
             size="xs",
             **attributes(aria_label="Pace"),
@@ -77,7 +78,7 @@ def pace_choice() -> dmc.InputWrapper:
 
 def read_pace(value: Any) -> float | None:
     """The pace chosen; None to fly at once. Raises `InputError`."""
-    if value in (AT_ONCE, None):
+    if value in (NO_PACE, None):
         return None
     try:
         return checked_pace(float(value))
@@ -236,7 +237,7 @@ def _number(name: str, label: str, value: float | None, step: float) -> dmc.Numb
         id=field_id(name),
         value="" if value is None else value,
         placeholder=label,
-        suffix=f" {unit}" if unit else "",
+        suffix=f" {unit_label(unit)}" if unit else "",
         step=step,
         # Never correct silently what was typed: the error names the range instead.
         clampBehavior="none",

@@ -15,7 +15,7 @@ PAINT_ID, VIEW_ID, LEGEND_ID, BAR_ID, CLOCK_ID = (
     "scene-paint", "scene-view", "scene-legend", "scene-bar", "scene-clock",
 )  # fmt: skip
 
-POLL_MS = 1000
+LEGEND_POLL_MS = 1000
 """How often the key is brought up to date: its ends move while a flight goes on."""
 
 _VIEW_WORDS: dict[View, str] = {
@@ -46,7 +46,7 @@ def scene_bar() -> html.Div:
                 size="xs",
                 **attributes(aria_label="Camera"),
             ),
-            dcc.Interval(id=CLOCK_ID, interval=POLL_MS, disabled=True),
+            dcc.Interval(id=CLOCK_ID, interval=LEGEND_POLL_MS, disabled=True),
         ],
         id=BAR_ID,
         className="scene-bar",

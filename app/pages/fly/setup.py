@@ -309,7 +309,7 @@ def _choice(
 
 
 def _fault_options() -> list[dict[str, Any]]:
-    """The 20 modes grouped by subsystem, in catalogue order."""
+    """The modes grouped by subsystem, in catalogue order."""
     groups: dict[str, list[dict[str, str]]] = {}
     for mode in catalogue().values():
         group = "Healthy" if mode.id == "nominal" else mode.subsystem.capitalize()

@@ -196,7 +196,7 @@ class RunView:
         return float(self._stream.time_s[-1]) if self._left else 0.0
 
     def tiles(self, time_s: Array, faulted: Array32, mirror: Array32) -> list[Update]:
-        """All channels of the finished flight, (n,) and (n, 23), every spike of the 50 Hz kept."""
+        """Channels of the finished flight, (n,) and (n, n_channels), with every spike of 50 Hz."""
         ended = self._ended(float(time_s[-1]))
         whole = decimated(time_s, faulted, mirror)
         return [Update("flight", "data", self._tiles | {"whole": whole}), *ended]
@@ -364,7 +364,7 @@ def _onset_s(record: RunRecord) -> float | None:
 
 
 def reported(run_id: str, report: GroundedReport) -> list[Update]:
-    """The five sections, each sentence with its verdict."""
+    """The sections, each sentence with its verdict."""
     return [Update(report_panel.REPORT_NODES_ID, "data", whole_report(run_id, report))]
 
 

@@ -12,6 +12,7 @@ from app.kit.words import mode_name
 from app.pages.results import cell_runs
 from core.experiments.stored import with_onset_known
 from core.knowledge.knowledge import tell_apart
+from core.units import percent
 
 Row = Mapping[str, Any]
 
@@ -31,12 +32,12 @@ class Mistake(NamedTuple):
 def card_line(card: Row) -> str:
     """How good a shipped model is, in one line, with what made its score possible."""
     scores = card["scores"]
-    windows = f"{100 * scores['test_windows']['accuracy']:.1f} % of"
+    windows = f"{percent(scores['test_windows']['accuracy'])} of"
     known_onset = with_onset_known(card)
     if "test_runs" not in scores:  # a card of Tables 1 to 4, which score windows alone
         return f"right on {windows} the windows of its test flights{known_onset}"
     return (
-        f"right on {100 * scores['test_runs']['accuracy']:.1f} % of "
+        f"right on {percent(scores['test_runs']['accuracy'])} of "
         f"{scores['test_runs']['n']:,} test flights and {windows} their windows{known_onset}"
     )
 
@@ -111,7 +112,7 @@ def _alike(mistakes: Sequence[Mistake]) -> str:
     wrong = sum(each.windows for each in mistakes)
     alike = sum(each.windows for each in mistakes if tell_apart(each.true, each.said))
     return (
-        f"{wrong:,} windows are named wrongly, {alike:,} of them ({100 * alike / wrong:.0f} %) for "
+        f"{wrong:,} windows are named wrongly, {alike:,} of them ({percent(alike / wrong)}) for "
         "a look-alike: the FMEA knowledge says what tells those two apart."
     )
 
@@ -129,7 +130,7 @@ def _rows(card: Row, mistake: Mistake) -> list[html.Tr]:
         html.Td(cell_runs.count_button(card, true, said, windows), className="number"),
         html.Td(dcc.Link(mode_name(true), href=fault_path(true))),
         html.Td(dcc.Link(mode_name(said), href=fault_path(said))),
-        html.Td(f"{100 * share:.1f} %", className="number"),
+        html.Td(percent(share), className="number"),
     ]
     tell = tell_apart(true, said)
     if tell is None:

@@ -14,6 +14,7 @@ from app.kit.terms import term
 from app.kit.words import mode_name
 from app.pages.results.measures import EXPLAINED, MEASURES
 from app.pages.results.model_card import card_line, model_parts, onset_note
+from core.channels import unit_label
 from core.experiments.headlines import WRITERS
 from core.experiments.paper.published import paper_tables
 from core.experiments.registry import EXPERIMENTS, Experiment
@@ -323,7 +324,8 @@ def _disputes(content: Row) -> list[Any]:
     ]
     if not failing:
         return [html.P("Every sign and every range holds.")]
-    heads = ("Fault", "Channel", "Expected", "Twin at 0.3, 0.8, 1", "Why")
+    severities = ", ".join(f"{float(each):g}" for each in failing[0]["deltas_by_severity"])
+    heads = ("Fault", "Channel", "Expected", f"Twin at {severities}", "Why")
     return [
         html.H2("Not as expected"),
         html.Div(
@@ -341,12 +343,13 @@ def _disputes(content: Row) -> list[Any]:
 
 def _dispute(row: Row) -> html.Tr:
     found = ", ".join(f"{value:.1f}" for value in row["deltas_by_severity"].values())
+    unit = unit_label(row["unit"])
     return html.Tr(
         [
             html.Th(dcc.Link(mode_name(row["fault"]), href=fault_path(row["fault"])), scope="row"),
             html.Td(row["channel"]),
-            html.Td(f"{row['low']:g} to {row['high']:g} {row['unit']}"),
-            html.Td(f"{found} {row['unit']}"),
+            html.Td(f"{row['low']:g} to {row['high']:g} {unit}"),
+            html.Td(f"{found} {unit}"),
             html.Td(row["disputed"] or "open"),
         ]
     )

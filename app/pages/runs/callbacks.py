@@ -25,7 +25,7 @@ from core.store.labels import (
 from core.store.records import valid_run_id
 from core.store.store import RunStore
 
-SHOWN: dict[str, str] = {}
+VISIBLE: dict[str, str] = {}
 HIDDEN = {"display": "none"}
 
 
@@ -152,7 +152,7 @@ def _register_bin(app: Dash, store: RunStore) -> None:
             return no_update, no_update, no_update, no_update, _said(error), no_update
         gone = [{"id": run_id} for run_id in run_ids]
         words = runs.gone_words(len(run_ids), for_good=not kept)
-        return {"remove": gone}, words, kept, SHOWN if kept else HIDDEN, "", []
+        return {"remove": gone}, words, kept, VISIBLE if kept else HIDDEN, "", []
 
     @app.callback(
         *changed,

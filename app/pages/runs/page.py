@@ -28,10 +28,10 @@ COMPARE_ID, EXPORT_ID, ZIP_ID, FAULTED_ID, MIRROR_ID, DELETE_ID, IMPORT_ID, IMPO
     "runs-delete", "runs-import", "runs-imported",
 )  # fmt: skip
 
-SHOWN = 5000
+MAX_ROWS = 5000
 """So many runs, the newest, are in the grid: some 2 MB."""
 
-POLL_MS = 2000
+ROWS_POLL_MS = 2000
 
 Row = dict[str, Any]
 
@@ -47,9 +47,9 @@ def layout(
     ``gone``: those that were thrown away and can still be had back. ``imported``: how many have
     just come in.
     """
-    rows = [row_of(record, labels.get(record.id, Label())) for record in records[:SHOWN]]
+    rows = [row_of(record, labels.get(record.id, Label())) for record in records[:MAX_ROWS]]
     flying = [record.id for record in records if not record.finished]
-    more = f"the newest {SHOWN:,} of {len(records):,}" if len(records) > SHOWN else ""
+    more = f"the newest {MAX_ROWS:,} of {len(records):,}" if len(records) > MAX_ROWS else ""
     return html.Div(
         [
             html.Div(
@@ -72,7 +72,7 @@ def layout(
             dcc.Store(id=CHOSEN_ID, data=[]),
             dcc.Store(id=IMPORTED_ID, data=None),
             dcc.Store(id="runs-flying", data=flying),
-            dcc.Interval(id=CLOCK_ID, interval=POLL_MS, disabled=not flying),
+            dcc.Interval(id=CLOCK_ID, interval=ROWS_POLL_MS, disabled=not flying),
         ],
         className="panel runs-page",
     )  # fmt: skip

@@ -100,7 +100,7 @@ def evidence_list(marks: Sequence[Mark]) -> html.Ul | html.P:
 
 
 def charts() -> html.Div:
-    """The 23 charts, grouped by subsystem; each is a slider over the flight's time."""
+    """A chart for each channel, grouped by subsystem; each is a slider over the flight's time."""
     return html.Div(channel_panels(_chart, "sensors"), className="charts")
 
 

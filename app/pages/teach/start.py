@@ -10,6 +10,7 @@ from dash import dcc, html
 from app.kit.addresses import teach_path
 from app.kit.attributes import attributes
 from app.kit.words import mode_name
+from core.channels import N_CHANNELS
 from core.clock import clock
 from core.teach.attempt import Attempt
 from core.teach.challenge import ALL_MODES, LEVELS, mode_sets
@@ -67,7 +68,10 @@ def past_list(attempts: Sequence[Attempt]) -> Any:
 
 def _introduction() -> list[Any]:
     steps = (
-        ("Watch", "One aircraft, 23 sensors, five minutes. Something may be wrong with it."),
+        (
+            "Watch",
+            f"One aircraft, {N_CHANNELS} sensors, five minutes. Something may be wrong with it.",
+        ),
         ("Mark", "Click a chart where its line leaves its course, and say which way it goes."),
         ("Name", "Name the fault. Then see it beside the healthy mirror, and what you missed."),
     )
