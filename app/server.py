@@ -68,10 +68,10 @@ _INDEX = f"""<!DOCTYPE html>
 logger = logging.getLogger(__name__)
 
 EMPTY_EVERY_S = 600.0
-"""How often runs are looked for that were thrown away a day ago."""
+"""How often runs deleted more than a day ago are removed from the disk."""
 
 UNREAD_S = 30.0
-"""A connection that takes nothing for so long is given up, with all that still waits for it."""
+"""A connection that accepts no data for so long is closed."""
 
 
 def create_app(
@@ -83,7 +83,7 @@ def create_app(
 ) -> FastAPI:
     """The whole app around an engine and its store, which the caller keeps and closes.
 
-    ``host`` and ``port`` are where it is served; ``token`` is what it asks for, None for nothing.
+    ``host`` and ``port`` are where it is served; ``token`` is required of visitors, None for none.
     """
     scenes = ViserScenes()
     recordings = Recordings(store)
@@ -93,7 +93,7 @@ def create_app(
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
         warming = asyncio.create_task(asyncio.to_thread(warm_up))
-        emptying = asyncio.create_task(keep_emptying(store))
+        emptying = asyncio.create_task(remove_deleted_runs(store))
         yield
         emptying.cancel()
         await warming
@@ -133,13 +133,13 @@ def create_app(
     return server
 
 
-async def keep_emptying(store: RunStore, period_s: float = EMPTY_EVERY_S) -> None:
-    """Delete for good, now and ever again, what was thrown away long ago."""
+async def remove_deleted_runs(store: RunStore, period_s: float = EMPTY_EVERY_S) -> None:
+    """Remove deleted runs from the disk once their time to undo is over, forever."""
     while True:
         try:
             await asyncio.to_thread(empty, store)
         except StoreError as error:
-            logger.warning("what was thrown away stays for now: %s", error)
+            logger.warning("deleted runs stay on the disk for now: %s", error)
         await asyncio.sleep(period_s)
 
 
@@ -149,9 +149,9 @@ def serve(
     scheduler: RemoteScheduler | None = None,
     store_root: Path | None = None,
 ) -> None:
-    """Serve until told to stop (Ctrl-C or SIGTERM), then leave no process behind.
+    """Serve until Ctrl-C or SIGTERM, then leave no process behind.
 
-    ``scheduler``: None for workers of our own. ``store_root``: folder
+    ``scheduler``: None for local workers. ``store_root``: folder
     of the runs, None for the default one. Elsewhere than on loopback it asks for a token, which is
     part of the link printed. Raises `InputError` for an address that is not this machine's own,
     `WorkerError` for a port that is taken or a scheduler that does not answer, and `StoreError` for
@@ -160,7 +160,7 @@ def serve(
     token = token_for(host)
     listener = _listen(host, port)
     # Uvicorn raises a signal again once it has stopped; this turns it into an orderly exit.
-    signal.signal(signal.SIGTERM, _leave)
+    signal.signal(signal.SIGTERM, _exit)
     with listener:
         store = RunStore(store_root or default_root())
         try:
@@ -230,18 +230,18 @@ def _listen(host: str, port: int) -> socket.socket:
     except OSError as error:
         # Python hands on what failed to resolve as an OSError with the resolver's negative number.
         if error.errno == errno.EADDRNOTAVAIL or (error.errno or 0) < 0:
-            raise InputError("host", f"{host!r} is no address of this machine") from None
+            raise InputError("host", f"{host!r} is not an address of this machine") from None
         why = "is taken" if error.errno == errno.EADDRINUSE else f"cannot be used: {error.strerror}"
         raise WorkerError(f"port {port} on {host} {why}; choose another with --port") from None
-    give_up_unread(listener)  # what it accepts inherits this
+    close_unread(listener)  # what it accepts inherits this
     return listener
 
 
-def give_up_unread(listener: socket.socket) -> None:
-    """Have the system end connections that take nothing for `UNREAD_S`, where it can (Linux).
+def close_unread(listener: socket.socket) -> None:
+    """Have the system close connections that accept no data for `UNREAD_S`, where it can (Linux).
 
-    Uvicorn hears by its pings that the other end is gone, but then closes in good order, which
-    never comes to an end while there is something left to send.
+    Uvicorn notices by its pings that the other end is gone, but then closes gracefully, which
+    never ends while there is data left to send.
     """
     if option := getattr(socket, "TCP_USER_TIMEOUT", None):
         listener.setsockopt(socket.IPPROTO_TCP, option, round(UNREAD_S * 1000))
@@ -264,5 +264,5 @@ def _run(app: FastAPI, listener: socket.socket) -> None:
     uvicorn.Server(config).run(sockets=[listener])
 
 
-def _leave(signum: int, frame: FrameType | None) -> NoReturn:
+def _exit(signum: int, frame: FrameType | None) -> NoReturn:
     raise SystemExit(0)

@@ -3,7 +3,7 @@
 A page load is a session, named by an unguessable id. While the page is open, one Dash WebSocket
 callback (`Session.attend`) serves it: it follows the run that the page's address names, and starts
 over whenever that changes. A session only ever sends what its own run emits, to its own socket.
-What of a run is sent is the business of a `Stream`, which the page *Fly* provides.
+A `Stream`, which the page *Fly* provides, decides what of a run is sent.
 """
 
 import asyncio
@@ -33,10 +33,10 @@ APART_S = 0.02
 """Between two messages that are to arrive apart: Dash gathers what it is given within 5 ms."""
 
 ACK_TIMEOUT_S = 20.0
-"""A page that has not taken a frame for so long is gone, or as good as gone."""
+"""A page that has not acknowledged a frame for so long counts as gone."""
 
 HEARTBEAT_S = 60.0
-"""How often a quiet page is asked whether it is still there."""
+"""Interval between two checks that a quiet page is still there."""
 
 LINGER_S = 60.0
 """How long a session outlives its socket: a page may come back from a lost connection."""
@@ -49,7 +49,7 @@ OpenScene = Callable[[], ViserScene]
 
 
 class PageGoneError(Exception):
-    """The browser page has been closed, or does not answer any more."""
+    """The browser page is closed, or does not answer any more."""
 
 
 def new_session_id() -> str:
@@ -82,8 +82,8 @@ class BrowserPage:
     async def post(self, updates: Iterable[Update]) -> None:
         """Set properties without waiting; of several values for one property the last is sent.
 
-        Figures follow one by one: the page would draw those that come together in one go, and heed
-        nobody until it has.
+        Figures follow one by one: the page would draw figures that arrive together in one go, and
+        not respond until it has.
         """
         latest = {(item.component_id, item.prop): item for item in updates}
         together = [item for item in latest.values() if item.prop != "figure"]
@@ -145,7 +145,7 @@ class Session:
 
     @property
     def abandoned(self) -> bool:
-        """Whether the page was served once and is not any more."""
+        """Whether the page was served once and is no longer."""
         return self._attendant is not None and self._attendant.done()
 
     @property
@@ -181,7 +181,7 @@ class Session:
                     await asyncio.gather(stream, return_exceptions=True)
 
     async def _until_turned(self, page: BrowserPage, stream: asyncio.Task[None]) -> None:
-        """Wait for another run to be asked for; raise `PageGoneError` once the page is gone."""
+        """Wait until another run is to be shown; raise `PageGoneError` once the page is gone."""
         turned = asyncio.create_task(self._turned.wait())
         try:
             await asyncio.wait({turned, stream}, return_when=asyncio.FIRST_COMPLETED)
@@ -214,38 +214,38 @@ class Session:
 
 
 class Sessions:
-    """The page loads that this server knows."""
+    """The sessions of all page loads of this server."""
 
     def __init__(self, scenes: ViserScenes, stream: Stream) -> None:
-        """Start with none; each opens its scene in ``scenes`` and sends what ``stream`` says."""
+        """Start with none; each opens its scene in ``scenes`` and sends what ``stream`` gives."""
         self._scenes, self._stream = scenes, stream
         self._sessions: dict[str, Session] = {}
 
     def get(self, session_id: str) -> Session:
-        """The session of that id, made if need be; raises `InputError` for no possible id.
+        """The session of an id, created if need be; raises `InputError` for no possible id.
 
-        An id that this process did not give is welcome: its page has outlived a server restart.
-        Call it on the event loop: what no page comes for is let go after `LINGER_S`.
+        An id that this process did not issue is accepted: its page has outlived a server restart.
+        Call it on the event loop: a session that no page attends is closed after `LINGER_S`.
         """
         if not isinstance(session_id, str) or not _SESSION.fullmatch(session_id):
-            raise InputError("session", "is not one that this server gives")
+            raise InputError("session", "is not a session id of this server")
         if session_id not in self._sessions:
             session = Session(session_id, self._scenes, self._stream)
             self._sessions[session_id] = session
-            asyncio.get_running_loop().call_later(LINGER_S, self._let_go, session)
+            asyncio.get_running_loop().call_later(LINGER_S, self._release, session)
         return self._sessions[session_id]
 
     async def attend(self, session_id: str, run_id: str | None, page: BrowserPage) -> None:
-        """Serve a page until it is gone, then let go of what it held."""
+        """Serve a page until it is gone, then release its resources."""
         session = self.get(session_id)
         if run_id is not None:
             session.run_id = run_id
         try:
             await session.attend(page)
         finally:
-            asyncio.get_running_loop().call_later(LINGER_S, self._let_go, session)
+            asyncio.get_running_loop().call_later(LINGER_S, self._release, session)
 
-    def _let_go(self, session: Session) -> None:
+    def _release(self, session: Session) -> None:
         is_wanted = not (session.abandoned or session.is_unattended)
         if not is_wanted and self._sessions.get(session.id) is session:
             del self._sessions[session.id]

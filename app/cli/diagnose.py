@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 DESCRIPTION = """\
 Diagnose a folder that `mirrortwin simulate` wrote. Only faulted.parquet and mirror.parquet are
-read, or with --residual surrogate faulted.parquet and the plan: what was injected is not.
+read, or with --residual surrogate faulted.parquet and the plan; the injected fault is not.
 """
 EXAMPLES = """\
 examples:
@@ -34,13 +34,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("folder", type=Path, metavar="DIR", help="a folder written by simulate")
     parser.add_argument(
         "--residual", choices=("paired", "surrogate"), default="paired",
-        help="compare with the healthy mirror that was flown too (default), or with what a network "
-        "that knows healthy flights expects, which needs no mirror",
+        help="paired: compare with the healthy mirror (default); surrogate: compare with a network "
+        "that predicts healthy flights, which needs no mirror",
     )  # fmt: skip
     parser.add_argument(
         "--conditions", choices=("lab", "field"),
-        help="ask the model that was trained for these (default: those that run.json tells of, "
-        "else lab)",
+        help="use the model trained for these conditions (default: those in run.json, else lab)",
     )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print the diagnosis as JSON")
 
@@ -57,8 +56,8 @@ def run(args: argparse.Namespace) -> None:
     diagnosis = diagnoser.diagnose(pair, plan, interventions=known)
     if plan is not None and plan.conditions != diagnosis.conditions:
         note(
-            f"this flight was flown in {plan.conditions} conditions, and {diagnosis.model} has "
-            f"learnt from {diagnosis.conditions} flights alone: its scores do not hold here"
+            f"this flight was flown in {plan.conditions} conditions, and {diagnosis.model} was "
+            f"trained on {diagnosis.conditions} flights only: its scores do not apply here"
         )
     if args.json:
         print_json(diagnosis.to_dict())
@@ -67,7 +66,7 @@ def run(args: argparse.Namespace) -> None:
 
 
 def read_plan(folder: Path) -> "Plan | None":
-    """What was commanded, from ``run.json``; None where that is not told.
+    """The commanded plan, from ``run.json``; None where it holds none.
 
     Raises `InputError` if it is a plan that cannot be flown, or the file is damaged.
     """
@@ -143,7 +142,8 @@ def read_pair(folder: Path, *, mirrored: bool = True) -> "Pair":
         )
     if not np.array_equal(pair.faulted.time_s, pair.mirror.time_s):
         raise InputError(
-            "DIR", "faulted.parquet and mirror.parquet have other times: they are not of one flight"
+            "DIR",
+            "faulted.parquet and mirror.parquet have different times: they are not of one flight",
         )
     return pair
 
@@ -160,9 +160,11 @@ def _print_tables(diagnosis: "Diagnosis") -> None:
         ranked.add_row(mode, percent(probability))
     stdout().print(ranked)
     if diagnosis.none_of_these:
-        stdout().print("\nNone of these: the flight resembles nothing that the model has learnt.")
+        stdout().print(
+            "\nNone of these: the flight resembles no class that the model was trained on."
+        )
     if not diagnosis.evidence:
-        stdout().print("\nNo channel left what was expected of it.")
+        stdout().print("\nNo channel deviated from its reference.")
         return
     found = Table("channel", "from", "to", "mean residual", "in sigma", box=None)
     for item in diagnosis.evidence:

@@ -9,7 +9,7 @@ GROWTH_POINTS = 500
 
 SEVERITY_DASHES = ("dot", "dash", "solid")
 WIDTHS = (1.2, 1.5, 2.2)
-"""From mild to severe: told apart without colour."""
+"""From mild to severe: distinct without colour."""
 
 
 def growth_figure(growth: Growth, index: int) -> Figure:

@@ -1,4 +1,4 @@
-"""The moments of a flight worth marking on every chart: what ``assets/cursor.js`` draws and lists.
+"""The marked moments of a flight, which ``assets/cursor.js`` draws and lists.
 
 The onset is not among them: the page knows it with the first sample.
 """
@@ -17,10 +17,10 @@ from core.fmea.fault import Fault
 from core.twin.events import FlightEvent
 
 MOST_EXCESSES = 200
-"""A reading may cross its limit with every gust: so many crossings are drawn, the longest."""
+"""Most excesses drawn, the longest first: a reading may cross its limit with every gust."""
 
 LEAST_SHARE = 0.0005
-"""What reads as 0.0 % is not shown."""
+"""Smaller shares are not shown."""
 
 EVENT_LABELS = {"stall": "Stall", "lost_control": "Control lost", "ground": "Meets the ground"}
 
@@ -36,7 +36,7 @@ class Mark(TypedDict):
 
 
 def verdict_marks(diagnosis: Diagnosis, fault: Fault) -> list[Mark]:
-    """When a channel first left its mirror, and since when the right class leads."""
+    """The first evidence, and the first right answer."""
     marks = evidence_marks(diagnosis)
     time_s, over_time = diagnosis.time_s, diagnosis.probabilities_over_time
     return marks + named_marks(diagnosis.classes, time_s, over_time, fault)
@@ -54,7 +54,7 @@ def evidence_marks(diagnosis: Diagnosis) -> list[Mark]:
 def named_marks(
     classes: Sequence[str], time_s: Array, probabilities: Array, fault: Fault
 ) -> list[Mark]:
-    """Since when the fault that is flown leads, for good; nothing for a healthy flight.
+    """The time from which the injected fault leads to the end; nothing for a healthy flight.
 
     ``time_s`` (k,) and ``probabilities`` (k, n_classes) are those of the windows so far.
     """
@@ -66,7 +66,7 @@ def named_marks(
 
 
 def action_marks(lines: Sequence[tuple[float, str]]) -> list[Mark]:
-    """What was done during a live flight: time and words of each."""
+    """The actions of a live flight: time and words of each."""
     return [_mark("action", time_s, words) for time_s, words in lines]
 
 

@@ -1,4 +1,4 @@
-"""What the browser is given of a mystery flight: sensors, and the mirror only when it is due."""
+"""The data of a mystery flight for the browser: sensors, and the mirror only once revealed."""
 
 from typing import Any
 
@@ -18,8 +18,8 @@ def mystery_flight(
 ) -> dict[str, Any]:
     """The charts of `assets/teach.js`; ``mirror`` and ``onset_s`` are None while they are hidden.
 
-    Which samples are drawn goes by what is shown alone: a sample kept because of the mirror would
-    tell of it.
+    The samples are chosen by the lines that are shown: one kept because of the mirror would reveal
+    it.
     """
     time_s = readings.time_s
     drawn: list[list[str]] = []
@@ -52,7 +52,7 @@ def shown_marks(marks: tuple[Mark, ...]) -> list[dict[str, Any]]:
 
 
 def mark_words(mark: Mark) -> str:
-    """What a mark claims, without its time.
+    """The claim of a mark, without its time.
 
     >>> mark_words(Mark("E1 EGT1", 130.0, "-"))
     'EGT 1 falls'

@@ -25,14 +25,14 @@ NEGLIGIBLE = 0.02
 """Below this throughout, a class's line would lie on the axis: it is left out."""
 
 CLASS_POINTS = 240
-"""A window every 5 s makes 1,440 in 2 h, and the chart is drawn anew with each few of them."""
+"""A window every 5 s makes 1,440 in 2 h, and the chart is redrawn every few windows."""
 
 MIN_LEAD = 0.15
 """A class that leads for this share of the flight has its name on the chart: it has room there."""
 
 
 def leaders(classes: Sequence[str], probabilities: Array, k: int = LEADERS) -> list[str]:
-    """The ``k`` most probable classes, best first; ``probabilities`` is (20,)."""
+    """The ``k`` most probable classes, best first; ``probabilities`` is (n_classes,)."""
     order = np.argsort(-np.asarray(probabilities), kind="stable")[:k]
     return [classes[int(index)] for index in order]
 
@@ -53,8 +53,8 @@ def probability_figure(
 ) -> Figure:
     """Probability of every class that matters over the flight.
 
-    ``names`` maps the 20 ids, in the order of the columns of ``probabilities`` (k, 20), to what
-    people call them; ``time_s`` (k,) is the end of each window; ``ranking`` names the classes to
+    ``names`` maps the ids, in the order of the columns of ``probabilities`` (k, n_classes), to
+    names for people; ``time_s`` (k,) is the end of each window; ``ranking`` names the classes to
     colour, best first.
     """
     colours = class_colours(ranking)

@@ -1,4 +1,4 @@
-"""Scores as pictures: ours beside the paper's, and who is taken for whom."""
+"""Scores as charts: ours beside the paper's, and the confusion matrix."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -112,7 +112,7 @@ def confusion_figure(names: Sequence[str], counts: Sequence[Sequence[int]]) -> F
         "ygap": 1,
         "showscale": False,
         "customdata": [
-            [f"{names[i]} taken for {names[j]}: {int(table[i, j])} of {int(table[i].sum())}"
+            [f"{names[i]} diagnosed as {names[j]}: {int(table[i, j])} of {int(table[i].sum())}"
              for j in range(n)]
             for i in range(n)
         ],

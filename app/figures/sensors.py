@@ -1,4 +1,4 @@
-"""The channels: what ``assets/tiles.js`` draws of both flights and their residual.
+"""The channels of both flights and their residuals, as ``assets/tiles.js`` draws them.
 
 The tiles are uPlot canvases, not Plotly figures: one update of all costs Plotly 0.4 s of CPU,
 which would hold up a flight that itself takes a second.
@@ -31,7 +31,7 @@ def tile_specs() -> list[dict[str, Any]]:
 def cleared(
     key: str, duration_s: float, onset_s: float | None, run_id: str | None = None
 ) -> dict[str, Any]:
-    """Empty tiles for a flight of that name and length; ``onset_s`` None marks no onset.
+    """Empty tiles for a flight with this key and length; ``onset_s`` None marks no onset.
 
     ``run_id`` is the run whose marks belong to it.
     """

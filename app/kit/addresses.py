@@ -1,4 +1,4 @@
-"""Addresses of the pages: building one for a link, and what a path can be said to name."""
+"""Addresses of the pages: building one for a link, and reading one."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

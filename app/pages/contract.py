@@ -1,4 +1,4 @@
-"""The contract of a page: what its folder owes the router, the shell and the server.
+"""The contract of a page with the router, the shell and the server.
 
 A page is a folder of this package whose ``__init__`` holds one `Page` as ``PAGE``, and one line in
 `app.pages.registry`. In every folder ``page.py`` lays out, ``callbacks.py`` attaches callbacks, and
@@ -19,9 +19,9 @@ from core.store.store import RunStore
 class Page(Protocol):
     """One page of the app.
 
-    ``kind`` is its id, ``name`` what people call it, ``nav_path`` where the navigation leads, None
-    for a page that is not in it. ``keeps_layout``: whether a page that is shown already stays as it
-    is when the address comes to name another of its runs. ``uploads``: addresses whose request
+    ``kind`` is its id, ``name`` its title, ``nav_path`` where the navigation leads, None
+    for a page that is not in it. ``keeps_layout``: whether the page stays as it is when the address
+    changes within it. ``uploads``: addresses whose request
     bodies the page limits itself.
     """
 

@@ -1,4 +1,4 @@
-"""Where a camera stands that goes along: behind the faulted aircraft, or beside both."""
+"""Positions of a camera that follows: behind the faulted aircraft, or beside both."""
 
 from typing import Literal, get_args
 

@@ -1,4 +1,4 @@
-"""How the Rerun viewer lays a recording out: the flight in 3D, the channels, the residuals."""
+"""The layout of a recording in the Rerun viewer: the flight in 3D, channels, residuals."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -85,9 +85,9 @@ def blueprint(camera: Camera, floor_km: float, duration_s: float) -> rrb.Bluepri
 
 
 def narrow_blueprint() -> rrb.Blueprint:
-    """The layout of any flight where there is no room beside the path: one below the other.
+    """The layout of any flight on a narrow screen: one view below the other.
 
-    It knows neither where the flight goes nor how long: the camera goes with the aircraft.
+    It depends on neither the path nor the length of the flight: the camera follows the aircraft.
     """
     ever = rr.TimeRangeBoundary.infinite()
     axis = rrb.TimeAxis(view_range=rr.TimeRange(start=ever, end=ever))
@@ -139,7 +139,7 @@ def _tabs(time_axis: rrb.TimeAxis) -> Iterable[rrb.View | rrb.Vertical]:
 
 
 def _view(plot: Plot, time_axis: rrb.TimeAxis) -> rrb.TimeSeriesView:
-    """A plot; with a legend only where colours tell cylinders or sides apart."""
+    """A plot; with a legend only where colours mark cylinders or sides."""
     legend = rrb.PlotLegend(rrb.Corner2D.LeftBottom, visible=len(plot.channels) > 1)
     return rrb.TimeSeriesView(
         origin=plot.path, name=plot.title, axis_x=time_axis, plot_legend=legend

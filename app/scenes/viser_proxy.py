@@ -26,7 +26,7 @@ from core.errors import InputError
 
 _SESSION = re.compile(r"[A-Za-z0-9_-]{16,64}")
 _IDLE_S = 3600.0
-"""A scene that nobody has looked at or drawn in for this long is given up."""
+"""A scene without a viewer or a drawing for this long is closed."""
 
 # The client's WebAssembly glue makes functions from strings, hence 'unsafe-eval'.
 _CSP = (
@@ -91,7 +91,7 @@ class ViserScenes:
     """
 
     def __init__(self, idle_s: float = _IDLE_S) -> None:
-        """Start with no scene; each is given up after ``idle_s`` without a viewer or a drawing."""
+        """Start with no scene; each is closed after ``idle_s`` without a viewer or a drawing."""
         self._idle_s = idle_s
         self._lock = threading.Lock()
         self._scenes: dict[str, ViserScene] = {}

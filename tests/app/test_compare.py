@@ -137,7 +137,7 @@ def test_a_run_that_has_not_landed_is_waited_for(store: RunStore, ids: list[str]
     waiting = next(record.id for record in store.records() if record.status == "queued")
     page = sent(compare.layout([ids[0], waiting], None, store))
     assert '"disabled":false' in page
-    assert "in the air or in the queue" in page
+    assert "flying or queued" in page
     assert '"disabled":true' in sent(compare.layout(ids, None, store))
 
 

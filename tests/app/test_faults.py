@@ -86,7 +86,7 @@ def test_a_growth_chart_is_a_valid_figure_with_a_line_a_severity(crack: Growth) 
 def test_a_search_without_hits_offers_a_way_on() -> None:
     assert faults.hit_list("  ", []) is None
     page = sent(faults.hit_list("<script>x</script>", search("qqqqqq")))
-    assert "Nothing is written about" in page
+    assert "No match for" in page
     assert faults.fault_path("rocker_cover_leak") in sent(
         faults.hit_list("oil", search("gasket weeps oil"))
     )

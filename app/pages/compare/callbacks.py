@@ -1,4 +1,4 @@
-"""The wiring of the page *Compare*: choosing runs, flying a preset, drawing."""
+"""The callbacks of the page *Compare*: choosing runs, flying a preset, drawing."""
 
 import asyncio
 from collections.abc import Sequence
@@ -51,7 +51,7 @@ def _register_choice(app: Dash, store: RunStore) -> None:
         prevent_initial_call=True,
     )
     async def choose(run_ids: list[str] | None, path: str, offered: list[dict[str, str]]) -> str:
-        """Go to the comparison that was chosen; the address then says what is shown."""
+        """Go to the address of the comparison that was chosen."""
         known = {item["value"] for item in offered}
         chosen = [run_id for run_id in run_ids or [] if run_id in known][:MAX_COMPARED]
         shown = await asyncio.to_thread(_shown_at, path, store)
@@ -99,7 +99,7 @@ def _register_refill(app: Dash, store: RunStore) -> None:
         prevent_initial_call=True,
     )
     async def refill(ticks: int | None, path: str, shown: list[str]) -> Any:
-        """Lay the page out anew once another run has landed."""
+        """Lay the page out again once another run is finished."""
         if not ticks or not path.startswith(COMPARE_PREFIX):
             raise PreventUpdate
         return await asyncio.to_thread(_refilled, path, shown, store)
@@ -168,7 +168,7 @@ def _paths(ids: Sequence[str], store: RunStore, rise: float) -> list[Any]:
         _in_space(runs, rise),
         _titled("From the side", "compare-side", side_figure(runs, against_mirror=False)),
         _titled(
-            "Against the mirror, scaled to what most runs lose",
+            "Against the mirror, scaled to most runs",
             "compare-lost",
             side_figure(runs, against_mirror=True),
         ),
@@ -177,7 +177,7 @@ def _paths(ids: Sequence[str], store: RunStore, rise: float) -> list[Any]:
 
 
 def _all_flown(ids: Sequence[str], names: Sequence[str], store: RunStore) -> list[Flown]:
-    """The runs with these columns, each under the shortest name that tells it from the others."""
+    """The runs with these columns, each under its shortest distinct name."""
     records = [store.get(run_id) for run_id in ids]
     return [
         _flown(record, title, names, store)
@@ -203,7 +203,7 @@ def _flown(record: RunRecord, label: str, names: Sequence[str], store: RunStore)
 
 
 def _in_space(runs: Sequence[Flown], rise: float) -> html.Figure:
-    """The paths in 3D; what is to be seen there is said in words below them."""
+    """The paths in 3D, described in words below them."""
     figure = paths_figure(runs, rise)
     words = described(runs)
     # The wheel scrolls the page: `assets/paths3d.js` zooms by keys.

@@ -1,4 +1,4 @@
-"""The page *Compare*: several stored runs in one picture, and what they differ in."""
+"""The page *Compare*: several stored runs in one chart, and their differences."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -35,7 +35,7 @@ RUNS_ID, PICK_ID, VIEW_ID, KIND_ID, CHANNELS_ID, FIGURES_ID, FLY_ID, CLOCK_ID, R
 )  # fmt: skip
 
 OFFERED = 200
-"""Of so many stored runs, the newest, one can choose."""
+"""Number of recent runs offered in the selector."""
 
 MAX_CHANNELS = 8
 """Number of channels drawn at once."""
@@ -47,7 +47,7 @@ NOTHING = "–"
 
 @dataclass(frozen=True, slots=True)
 class Preset:
-    """A set of flights with one address: what they are and which view opens first."""
+    """A set of flights with an address of its own, and the view that opens first."""
 
     title: str
     about: str
@@ -144,7 +144,7 @@ def _plan_value(name: str) -> Callable[[RunRecord], str]:
 
 
 def _of_fault(value: Callable[[Fault], str]) -> Callable[[RunRecord], str]:
-    """A setting of the fault, which a healthy flight has no use for."""
+    """A setting of the fault; a dash for a healthy flight."""
     return lambda record: NOTHING if record.first_fault is None else value(record.first_fault)
 
 
@@ -233,7 +233,7 @@ def _waiting(waiting: Sequence[RunRecord]) -> html.P | None:
     if not waiting:
         return None
     return html.P(
-        f"{len(waiting)} in the air or in the queue; the page fills as they land.",
+        f"{len(waiting)} flying or queued; each appears here when it is finished.",
         className="panel note",
         role="status",
     )
@@ -253,8 +253,8 @@ def _empty(store: RunStore) -> html.Section:
     return html.Section(
         [
             html.P(
-                "Runs laid over one another: any channel, residual or flight path, and a table of "
-                "what differs between them."
+                "Runs in one chart: any channel, residual or flight path, and a table of their "
+                "differences."
             ),
             html.P(
                 [*first, " Or take one of the paper's comparisons: Fig. 6 shows where each fault "
@@ -269,7 +269,7 @@ def _empty(store: RunStore) -> html.Section:
 def _comparison(done: Sequence[RunRecord], preset: Preset | None) -> list[html.Section]:
     view = preset.view if preset else "channels"
     return [
-        html.Section([html.H2("What differs", className="panel-title"), _table(done)],
+        html.Section([html.H2("Differences", className="panel-title"), _table(done)],
                      className="panel"),
         html.Section(
             [
@@ -306,7 +306,7 @@ def _controls(view: str, done: Sequence[RunRecord]) -> list[Any]:
                     data=[
                         {"value": "reading", "label": "Readings"},
                         {"value": "residual", "label": "Residuals"},
-                        {"value": "difference", "label": "Less the first run"},
+                        {"value": "difference", "label": "Minus the first run"},
                     ],
                     value="reading" if len(done) > 1 else "residual",
                     size="xs",
@@ -336,7 +336,7 @@ def _controls(view: str, done: Sequence[RunRecord]) -> list[Any]:
                 data=[{"value": str(rise), "label": _rise_words(rise)} for rise in RISES],
                 value=str(RISES[0]),
                 size="xs",
-                **attributes(aria_label="How heights are drawn in space"),
+                **attributes(aria_label="Vertical scale"),
             ),
             id="compare-path-controls",
             className="compare-controls",
@@ -377,7 +377,7 @@ def _table(done: Sequence[RunRecord]) -> html.Div:
         className="scroll-x",
         tabIndex=0,
         role="region",
-        **attributes(aria_label="What differs between the runs"),
+        **attributes(aria_label="Differences between the runs"),
     )
 
 

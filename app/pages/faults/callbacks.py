@@ -1,4 +1,4 @@
-"""The wiring of the pages that read what is known: search, signatures flown on demand."""
+"""The callbacks of the pages *Faults*: search, and signatures flown on demand."""
 
 import asyncio
 from functools import lru_cache
@@ -36,7 +36,7 @@ def register(app: Dash) -> None:
         prevent_initial_call=True,
     )
     async def find(query: str | None) -> tuple[Any, Any]:
-        """Show the passages that answer a search, and the modes they speak of."""
+        """Show the passages that answer a search, and their modes."""
         text = (query or "")[:200]
         hits = await asyncio.to_thread(search, text)
         modes = [hit.mode for hit in hits] if hits else list(knowledge())
@@ -70,7 +70,8 @@ def _flown_signature(mode: str) -> list[Any]:
     if not moved:
         return [
             html.P(
-                "Nothing moves: with the same seed both aircraft read the same to the last digit.",
+                "No channel moves: with the same seed both aircraft read the same to the last "
+                "digit.",
                 className="note",
             )
         ]

@@ -1,4 +1,4 @@
-"""One page a failure mode: how it comes about, how it shows, what resembles it, what to do."""
+"""The page of a failure mode: mechanism, signature, look-alikes and actions."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -139,7 +139,7 @@ def _section(title: str, *content: Any) -> html.Section:
 
 
 def _gauges(mode: Mode, written: ModeKnowledge, signs: Shelved) -> list[Any]:
-    """Expected shift of each gauge beside what the twin does, those that move first."""
+    """Expected shift of each gauge beside the shift in the twin; moving gauges first."""
     signature = written.signature(mode.cylinder)
     found = _found(mode.id, signs)
     order = sorted(signature, key=lambda name: SIGNS.index(signature[name].sign) // 2 % 2)
@@ -149,13 +149,13 @@ def _gauges(mode: Mode, written: ModeKnowledge, signs: Shelved) -> list[Any]:
     if moving:
         content.append(_gauge_table(moving, signature, found))
     if still:
-        content.append(html.P(f"Hold: {', '.join(still)}.", className="note gauges-still"))
+        content.append(html.P(f"Steady: {', '.join(still)}.", className="note gauges-still"))
     if found:
         content.append(html.P(_how_found(mode, signs), className="note"))
     elif moving:
         content.append(
             html.P(
-                ["What the twin does appears here after ", html.Code(SIGNS_COMMAND), "."],
+                ["The twin's shifts appear here after ", html.Code(SIGNS_COMMAND), "."],
                 className="note",
             )
         )
@@ -250,6 +250,6 @@ def _carriers(mode: Mode) -> list[Any]:
 
 
 def flown_words() -> str:
-    """What the signature's charts show."""
+    """The caption of the signature's charts."""
     severities = ", ".join(f"{severity:g}" for severity in SEVERITIES)
     return f"Faulted minus mirror at severity {severities}; onset at 1:00."

@@ -30,7 +30,7 @@ FIELD_WORDS = {
 
 
 def catalogue_layout() -> html.Div:
-    """All modes as one matrix of signatures, with a search over everything written of them."""
+    """All modes as one matrix of signatures, with a search over all knowledge about them."""
     return html.Div(
         [
             html.Div(
@@ -39,8 +39,9 @@ def catalogue_layout() -> html.Div:
                         [
                             html.H1("Faults"),
                             html.P(
-                                "The failure modes of the FMEA catalogue and which way each moves "
-                                "the gauges, in steady cruise, on its usual cylinder.",
+                                "The failure modes of the FMEA catalogue and the direction in "
+                                "which each moves the gauges, in steady cruise, on its usual "
+                                "cylinder.",
                                 className="note",
                             ),
                         ]
@@ -96,7 +97,7 @@ def hit_list(query: str, hits: Sequence[Hit]) -> html.Div | None:
     if not hits:
         return html.Div(
             [
-                html.P([f"Nothing is written about “{query.strip()[:80]}”."]),
+                html.P([f"No match for “{query.strip()[:80]}”."]),
                 html.P(
                     "Try what a pilot would notice: hot cylinder, rough idle, oil on the belly.",
                     className="note",
@@ -162,8 +163,8 @@ def _key() -> html.P:
             html.Span("↓", className="sig sig-3", **attributes(data_sign="-")), " falls   ",
             html.Span("~", className="sig sig-2", **attributes(data_sign="~")),
             " may move or oscillates   empty: holds. "
-            "The fuller the tint, the farther a severe fault takes the gauge, counted in its own "
-            "everyday wander.",
+            "The darker the tint, the larger the shift at full severity, relative to the gauge's "
+            "normal variation.",
         ],
         className="note matrix-key",
     )  # fmt: skip

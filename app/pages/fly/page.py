@@ -1,4 +1,4 @@
-"""The page *Fly*: what stands where. `run_view` fills it, `callbacks` wires it."""
+"""The layout of the page *Fly*. `view` fills it, `callbacks` attaches the callbacks."""
 
 from typing import Any
 from urllib.parse import urlencode
@@ -33,13 +33,13 @@ RESIDUAL_SWITCH_ID = "residual-switch"
 RANKING_NODES_ID = "ranking-nodes"
 
 RANKING_HINT = (
-    "The classifier reads the last 30 s of residuals every 5 s. Its first answer comes half a "
+    "The classifier reads the last 30 s of residuals every 5 s. Its first answer appears half a "
     "minute into the flight."
 )
 
 
 def ranking_hint() -> list[Node]:
-    """What stands in the place of the ranking before the first one."""
+    """The text in place of the ranking before the first answer."""
     return nodes(html.P(RANKING_HINT, className="note"))
 
 
@@ -54,7 +54,7 @@ def readout_id(index: int) -> str:
 
 
 def layout(fault: Fault = DEFAULT_FAULT) -> html.Div:
-    """The whole page, before any run, with that fault filled in."""
+    """The whole page before any run, with this fault filled in."""
     return html.Div(
         [
             html.Aside(setup_panel(fault), className="area-setup"),
@@ -115,7 +115,7 @@ def replay_frame(
 
 
 def _run_bar(fault: Fault) -> html.Section:
-    """Which run this is, how far it has come, and what can be done with it."""
+    """The name of the run, its progress and its actions."""
     return html.Section(
         [
             html.Div(
@@ -155,7 +155,7 @@ def _run_bar(fault: Fault) -> html.Section:
 
 
 def idle_hint(fault: Fault = DEFAULT_FAULT) -> str:
-    """What one click on Run would do."""
+    """A hint at what a click on Run does."""
     name = catalogue()[fault.mode].name
     return (
         "Two aircraft fly the same plan, one of them with a fault. "
@@ -223,8 +223,8 @@ def _diagnosis_panel() -> html.Section:
                             disabled=True,
                             **attributes(aria_label="Residuals against"),
                         ),
-                        title="What residuals are taken against: the healthy mirror that flew "
-                        "along, or a network that expects what a healthy aircraft does",
+                        title="The reference of the residuals: the healthy mirror flown alongside, "
+                        "or a network that predicts a healthy aircraft",
                     ),
                 ],
                 className="panel-head",

@@ -1,4 +1,4 @@
-"""Above the 3D scene of the page *Fly*: what colours the path, and from where one looks."""
+"""The bar above the 3D scene of *Fly*: the colouring of the path, and the camera."""
 
 import asyncio
 from typing import Any
@@ -16,7 +16,7 @@ PAINT_ID, VIEW_ID, LEGEND_ID, BAR_ID, CLOCK_ID = (
 )  # fmt: skip
 
 LEGEND_POLL_MS = 1000
-"""How often the key is brought up to date: its ends move while a flight goes on."""
+"""How often the key is updated: its ends move during a flight."""
 
 _VIEW_WORDS: dict[View, str] = {
     "whole": "Whole", "chase": "Chase", "side": "Side", "free": "Free",
@@ -64,7 +64,7 @@ def register(app: Dash, sessions: Sessions) -> None:
         websocket=True,
     )
     async def paint(chosen: str | None, session_id: str) -> tuple[bool, Any]:
-        """Colour the path, and say what the colours mean."""
+        """Colour the path, and show the key."""
         scene = sessions.get(session_id).scene()
         await asyncio.to_thread(scene.paint, Paint.read(chosen))
         return not chosen, _legend(scene.legend())
@@ -97,7 +97,7 @@ def register(app: Dash, sessions: Sessions) -> None:
         prevent_initial_call=True,
     )
     async def belong(tab: str) -> dict[str, str]:
-        """Hide the controls where they do nothing."""
+        """Hide the controls where they have no effect."""
         return {} if tab == "live" else {"display": "none"}
 
 

@@ -1,4 +1,4 @@
-"""The form on the left: what to fly and what to break, and reading it back."""
+"""The form of a flight and its fault, and reading it."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, fields

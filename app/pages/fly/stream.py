@@ -1,4 +1,4 @@
-"""The stream of a run to its page: what is sent from the first event to the whole stored flight."""
+"""The stream of a run to its page, from its first event to the whole stored flight."""
 
 import asyncio
 import math

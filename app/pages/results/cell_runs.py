@@ -1,7 +1,7 @@
-"""The test flights behind a cell of a confusion matrix: named by the model's card, flown anew.
+"""The test flights behind a cell of a confusion matrix, flown again from the model's card.
 
-A card tells from which seeds its test flights were drawn, and the same seed gives the same flight
-to the last bit: so the flights need not be kept to be opened.
+A card holds the seeds of its test flights, and the same seed gives the same flight to the last bit:
+so the flights need not be kept to be opened.
 """
 
 from collections.abc import Mapping, Sequence
@@ -30,7 +30,7 @@ def matrix_id(card: Card) -> dict[str, str]:
 
 
 def count_button(card: Card, true: str, said: str, count: int) -> dmc.Button:
-    """How often one class was taken for another; opens the flights behind it."""
+    """The number of windows of one class diagnosed as another; opens the flights behind it."""
     return dmc.Button(
         str(count),
         id={"type": "confused", "card": card["name"], "true": true, "said": said},
@@ -55,22 +55,24 @@ def flights(card: Card, true: str, said: str, records: Sequence[RunRecord]) -> l
     scores = card["scores"]["test_windows"]
     row = scores["confusion"][card["classes"].index(true)]
     count = row[card["classes"].index(said)]
-    told = scores.get("mistakes")
+    mistakes = scores.get("mistakes")
     try:
         runs = [run for run in test_runs(card) if run.fault.mode == true]
     except MirrorTwinError as error:
-        return [html.P(f"This card does not tell its test flights: {error}", className="note")]
-    head = f"{mode_name(true)} taken for {mode_name(said)}" if true != said else (
+        return [html.P(f"The test flights of this card are not known: {error}", className="note")]
+    head = f"{mode_name(true)} diagnosed as {mode_name(said)}" if true != said else (
         f"{mode_name(true)} recognised"
     )  # fmt: skip
-    if told is not None and true != said:
-        seeds = {item["seed"] for item in told if (item["true"], item["predicted"]) == (true, said)}
+    if mistakes is not None and true != said:
+        seeds = {
+            item["seed"] for item in mistakes if (item["true"], item["predicted"]) == (true, said)
+        }
         runs = [run for run in runs if run.plan.seed in seeds]
         whose = f"{count} of {sum(row)} windows, in {len(runs)} of the test flights."
     else:
         whose = f"{count} of {sum(row)} windows, cut from these {len(runs)} test flights."
-        if told is None and true != said:
-            whose += " The card does not say which: open one to see what it is taken for."
+        if mistakes is None and true != said:
+            whose += " The card does not say which: open one to see its diagnosis."
     return [
         html.H3(head, className="chart-title"),
         html.P(whose, className="note"),
@@ -88,8 +90,8 @@ def _flight(card: Card, run: PlannedRun, stored: RunRecord | None) -> html.Li:
         parts = parts[-1:]
     words = ", ".join(parts)
     if stored is not None:
-        told = f": {mode_name(stored.top)}" if stored.top else ""
-        return html.Li([words, " ", dcc.Link(f"Open{told}", href=run_path(stored.id))])
+        diagnosis = f": {mode_name(stored.top)}" if stored.top else ""
+        return html.Li([words, " ", dcc.Link(f"Open{diagnosis}", href=run_path(stored.id))])
     return html.Li(
         [
             words,

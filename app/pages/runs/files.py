@@ -71,27 +71,27 @@ def mount(app: FastAPI, store: RunStore) -> None:
         if uploads.locked():
             return _refusal("Other files are being imported; try again in a moment.", 429)
         async with uploads:
-            return await _received(store, request)
+            return await _receive(store, request)
 
 
-async def _received(store: RunStore, request: Request) -> Response:
+async def _receive(store: RunStore, request: Request) -> Response:
     try:
         with tempfile.TemporaryDirectory(prefix="mirrortwin-") as folder:
             path = Path(folder) / "upload.zip"
-            if not await _kept(request, path):
+            if not await _save_body(request, path):
                 return _refusal(f"The file is larger than {MAX_PACKED >> 20} MB.", 413)
             records = await asyncio.to_thread(import_runs, store, path)
     except ClientDisconnect:
-        return _refusal("The upload was broken off.", 400)
+        return _refusal("The upload was interrupted.", 400)
     except OSError as error:
-        return _refusal(f"The upload could not be kept: {error.strerror}.", 507)
+        return _refusal(f"The upload could not be stored: {error.strerror}.", 507)
     except MirrorTwinError as error:
-        return _refusal(_said(error), 422 if isinstance(error, InputError) else 507)
+        return _refusal(_message(error), 422 if isinstance(error, InputError) else 507)
     done = [{"id": record.id, "title": run_title(record)} for record in records]
     return JSONResponse({"imported": done})
 
 
-async def _kept(request: Request, path: Path) -> bool:
+async def _save_body(request: Request, path: Path) -> bool:
     """Write the body to ``path`` as it comes; False once it is too large, announced or not."""
     announced = request.headers.get("content-length", "0")
     size = int(announced) if announced.isdigit() else 0
@@ -108,10 +108,10 @@ async def _kept(request: Request, path: Path) -> bool:
 
 
 def _problem(error: MirrorTwinError) -> Response:
-    return PlainTextResponse(_said(error), 404 if isinstance(error, StoreError) else 422)
+    return PlainTextResponse(_message(error), 404 if isinstance(error, StoreError) else 422)
 
 
-def _said(error: MirrorTwinError) -> str:
+def _message(error: MirrorTwinError) -> str:
     """The error as a sentence."""
     text = str(error)
     if isinstance(error, InputError) and error.field == "file":

@@ -39,7 +39,7 @@ ANSWER_ID, SUBMIT_ID, GIVE_UP_ID, HINT_ID, NOTE_ID = (
 def attempt_layout(
     attempt: Attempt, altitude_ft: float, speed_kt: float, flight: dict[str, Any]
 ) -> html.Div:
-    """An open mystery flight: the sensors, and what the learner makes of them."""
+    """An open mystery flight: the sensors, the marked evidence, and the answer."""
     return html.Div(
         [
             html.Aside(
@@ -61,7 +61,7 @@ def attempt_layout(
 
 
 def stores(attempt: Attempt, flight: dict[str, Any]) -> list[dcc.Store]:
-    """What `assets/teach.js` draws."""
+    """The stores that `assets/teach.js` draws."""
     return [
         dcc.Store(id=FLIGHT_ID, data=flight),
         dcc.Store(id=MARKS_ID, data=shown_marks(attempt.marks)),
@@ -200,9 +200,9 @@ def _answer_panel(attempt: Attempt) -> html.Section:
                     dcc.ConfirmDialogProvider(
                         dmc.Button("Give up", size="sm", variant="default"),
                         id=GIVE_UP_ID,
-                        message="Give up and see what it was? That scores nothing.",
+                        message="Give up and see the fault? That scores nothing.",
                     ),
-                    html.A("What the faults look like", href="/faults", target="_blank",
+                    html.A("Signatures of the faults", href="/faults", target="_blank",
                            className="note"),
                 ],
                 className="mystery-buttons",

@@ -1,4 +1,4 @@
-"""A mystery flight that is over: what it was, what it showed, and what the answer is worth."""
+"""A mystery flight that is over: the fault, the evidence for it, and the score."""
 
 from typing import Any
 
@@ -30,7 +30,7 @@ VERDICT_WORDS: dict[Verdict, str] = {
 
 
 def reveal_layout(attempt: Attempt, truth: Truth, flight: dict[str, Any]) -> html.Div:
-    """The whole truth, beside the charts with mirror and onset."""
+    """The fault, the evidence and the score, beside the charts with mirror and onset."""
     score = attempt.score
     return html.Div(
         [
@@ -104,7 +104,7 @@ def _truth_panel(attempt: Attempt, truth: Truth) -> html.Section:
         links.insert(0, dcc.Link("Open the full run", href=run_path(attempt.run_id)))
     return html.Section(
         [
-            html.P("It was", className="note"),
+            html.P("The fault was", className="note"),
             html.H1(written.name, id="mystery-truth"),
             html.P([html.B(facts), " ", "" if healthy else written.mechanism], className="prose"),
             *_answered(attempt, fault.mode),
@@ -116,12 +116,12 @@ def _truth_panel(attempt: Attempt, truth: Truth) -> html.Section:
             html.Div(links, className="link-row"),
         ],
         className="panel reveal-truth",
-        **attributes(aria_label="What it was"),
+        **attributes(aria_label="The fault"),
     )
 
 
 def _answered(attempt: Attempt, truth: str) -> list[html.P]:
-    """What the learner said, and how to tell it from what it was."""
+    """The learner's answer, and how to distinguish it from the fault."""
     if attempt.answer is None:
         return [html.P("You gave up.")]
     if attempt.answer == truth:
@@ -148,7 +148,7 @@ def _evidence_panel(attempt: Attempt, truth: Truth, score: Score) -> html.Sectio
         html.Tr(
             [
                 html.Th(channel(name).label, scope="row"),
-                html.Td("held its course"),
+                html.Td("did not move"),
                 html.Td(""),
                 html.Td(""),
                 html.Td(VERDICT_WORDS["still"], className="verdict-wrong"),
@@ -172,13 +172,13 @@ def _evidence_panel(attempt: Attempt, truth: Truth, score: Score) -> html.Sectio
         )
     return html.Section(
         [
-            html.H2("The evidence there was", className="panel-title"),
+            html.H2("The evidence", className="panel-title"),
             html.Div(body, className="scroll-x", tabIndex=0, role="group",
                      **attributes(aria_label="Evidence")),
             html.P(f"and {left} channels that moved less", className="note") if left > 0 else None,
         ],
         className="panel reveal-evidence",
-        **attributes(aria_label="The evidence there was"),
+        **attributes(aria_label="The evidence"),
     )  # fmt: skip
 
 

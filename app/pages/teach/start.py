@@ -1,4 +1,4 @@
-"""The page *Teach*: how a mystery flight goes, what it is worth, and those flown so far."""
+"""The start of *Teach*: the rules of a mystery flight, its form, and the flights so far."""
 
 from collections.abc import Sequence
 from datetime import datetime
@@ -25,7 +25,7 @@ START_ID, START_ERROR_ID, PAST_ID, LEARNER_ID = (
 
 
 def start_layout() -> html.Div:
-    """How it goes, what it is worth, and the button that begins one."""
+    """The steps, the form, the flights so far, and the scoring."""
     return html.Div(
         [
             html.Section([*_introduction(), _start_form()], className="panel teach-start"),
@@ -38,7 +38,7 @@ def start_layout() -> html.Div:
                 **attributes(aria_label="Your mystery flights"),
             ),
             html.Section(
-                [html.H2("What it is worth", className="panel-title"), _rules()], className="panel"
+                [html.H2("Scoring", className="panel-title"), _rules()], className="panel"
             ),
             dcc.Store(id=LEARNER_ID, storage_type="local"),
         ],
@@ -47,13 +47,13 @@ def start_layout() -> html.Div:
 
 
 def past_list(attempts: Sequence[Attempt]) -> Any:
-    """A learner's flights, newest first, each with what it came to."""
+    """A learner's flights, newest first, each with its score."""
     if not attempts:
         return html.P(
-            "None yet in this browser. Each one that you fly is kept here with its score.",
+            "None yet in this browser. Your flights are kept here with their scores.",
             className="note",
         )
-    heads = ("Begun (UTC)", "Severity", "Your answer", "Score", "Time")
+    heads = ("Started (UTC)", "Severity", "Your answer", "Score", "Time")
     return dmc.TableScrollContainer(
         html.Table(
             [
@@ -72,7 +72,7 @@ def _introduction() -> list[Any]:
             "Watch",
             f"One aircraft, {N_CHANNELS} sensors, five minutes. Something may be wrong with it.",
         ),
-        ("Mark", "Click a chart where its line leaves its course, and say which way it goes."),
+        ("Mark", "Click a chart where its line leaves its course, and choose the direction."),
         ("Name", "Name the fault. Then see it beside the healthy mirror, and what you missed."),
     )
     return [
@@ -101,7 +101,7 @@ def _start_form() -> html.Div:
                     fullWidth=True,
                     size="sm",
                 ),
-                label="How plain the fault is",
+                label="Difficulty",
                 labelElement="div",
                 description="severity "
                 + ", ".join(
@@ -154,7 +154,7 @@ def _rules() -> html.Dl:
         ),
         (
             f"−{RULES.mirror_cost} for the mirror",
-            "if you ask to see what the healthy aircraft did",
+            "if you ask to see the healthy aircraft",
         ),
     )
     return html.Dl(
@@ -163,7 +163,7 @@ def _rules() -> html.Dl:
 
 
 def _past_row(attempt: Attempt) -> html.Tr:
-    begun = datetime.fromisoformat(attempt.begun)
+    started = datetime.fromisoformat(attempt.begun)
     asked = attempt.challenge
     if attempt.over:
         answer = "gave up" if attempt.answer is None else mode_name(attempt.answer)
@@ -174,7 +174,8 @@ def _past_row(attempt: Attempt) -> html.Tr:
     return html.Tr(
         [
             html.Td(
-                dcc.Link(f"{begun:%Y-%m-%d %H:%M}", href=teach_path(attempt.id)), className="nowrap"
+                dcc.Link(f"{started:%Y-%m-%d %H:%M}", href=teach_path(attempt.id)),
+                className="nowrap",
             ),
             html.Td(
                 f"{asked.severity_low:g} to {asked.severity_high:g}"
