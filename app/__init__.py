@@ -1,1 +1,1 @@
-"""MirrorTwin's face: the command line, the web server, its pages, figures and 3D scenes."""
+"""MirrorTwin's user interfaces: command line, web server, pages, figures and 3D scenes."""

@@ -1,4 +1,4 @@
-"""Keeps a Rerun recording of every run, whether or not a page is watching."""
+"""The recorder: a Rerun recording of every run, whether or not a page is watching."""
 
 import asyncio
 import logging
@@ -17,11 +17,11 @@ from core.twin.plan import Plan
 logger = logging.getLogger(__name__)
 
 RECORDING_PERIOD_S = 1.0
-"""How often a live recording grows: logging what comes in between at once costs a fifth."""
+"""How often a live recording grows: logging a batch costs a fifth of logging its parts."""
 
 
 def warm_up() -> None:
-    """Begin a recording that nobody wants: the first one in a process takes half a second."""
+    """Make a recording and drop it: the first one in a process takes half a second."""
     log = RunLog("warm-up")
     log.begin(Plan(), Plan().altitude_ft)
     log.read()
@@ -32,7 +32,7 @@ class Recorder:
     """Streams each live run into a growing recording, and leaves one compact file in the store."""
 
     def __init__(self, engine: Engine, store: RunStore, recordings: Recordings) -> None:
-        """Record nothing yet."""
+        """Start without recordings."""
         self._engine, self._store, self._recordings = engine, store, recordings
         self._tasks: dict[str, asyncio.Task[None]] = {}
 

@@ -22,23 +22,18 @@ from fastapi import FastAPI, Request, Response
 from fastapi.responses import HTMLResponse
 from starlette.middleware.trustedhost import TrustedHostMiddleware
 
-from app import router as callbacks
-from app import shell
+from app import router, shell
 from app.gate.access import TokenGate, link, names_of, sandbox_prefix, token_for
 from app.gate.security import BodyLimit, SameOrigin, SecurityHeaders, content_security_policy
-from app.pages.compare import callbacks as comparing
-from app.pages.fly import detail
-from app.pages.fly import scene_bar as scene_controls
-from app.pages.fly.session import Sessions
-from app.pages.report.files import mount as mount_reports
-from app.pages.results import cell_runs
-from app.pages.results import files as result_files
-from app.pages.runs import files as run_files
+from app.kit.addresses import MISSING
+from app.pages.fly.stream import RunStream
+from app.pages.registry import PAGES, read_address
 from app.recorder import Recorder, warm_up
 from app.report_desk import ReportDesk
 from app.scenes.recordings import Recordings
 from app.scenes.viser_proxy import ViserScenes
 from app.services import Services
+from app.sessions import Sessions
 from core.errors import InputError, StoreError, WorkerError
 from core.jobs.engine import Engine
 from core.paths import WEB
@@ -73,10 +68,10 @@ _INDEX = f"""<!DOCTYPE html>
 logger = logging.getLogger(__name__)
 
 EMPTY_EVERY_S = 600.0
-"""How often runs are looked for that were thrown away a day ago."""
+"""How often runs deleted more than a day ago are removed from the disk."""
 
 UNREAD_S = 30.0
-"""A connection that takes nothing for so long is given up, with all that still waits for it."""
+"""A connection that accepts no data for so long is closed."""
 
 
 def create_app(
@@ -88,7 +83,7 @@ def create_app(
 ) -> FastAPI:
     """The whole app around an engine and its store, which the caller keeps and closes.
 
-    ``host`` and ``port`` are where it is served; ``token`` is what it asks for, None for nothing.
+    ``host`` and ``port`` are where it is served; ``token`` is required of visitors, None for none.
     """
     scenes = ViserScenes()
     recordings = Recordings(store)
@@ -98,7 +93,7 @@ def create_app(
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
         warming = asyncio.create_task(asyncio.to_thread(warm_up))
-        emptying = asyncio.create_task(keep_emptying(store))
+        emptying = asyncio.create_task(remove_deleted_runs(store))
         yield
         emptying.cancel()
         await warming
@@ -108,26 +103,28 @@ def create_app(
 
     server = FastAPI(docs_url=None, redoc_url=None, openapi_url=None, lifespan=lifespan)
     dash = _dash_app(server)
-    sessions = Sessions(engine, store, scenes, desk)
-    sandbox = sandbox_prefix(token)
-    classroom = Classroom(store, engine.fly_unseen)
-    services = Services(engine, store, sessions, recorder, desk, classroom, sandbox)
-    callbacks.register(dash, services)
-    comparing.register(dash, engine, store, recorder)
-    cell_runs.register(dash, engine, store, recorder)
-    scene_controls.register(dash, sessions)
+    services = Services(
+        engine=engine,
+        store=store,
+        sessions=Sessions(scenes, RunStream(engine, store, desk)),
+        recorder=recorder,
+        desk=desk,
+        classroom=Classroom(store, engine.fly_unseen),
+        sandbox_prefix=sandbox_prefix(token),
+    )
+    router.register(dash, services)
     scenes.mount(server)
     recordings.mount(server)
-    mount_reports(server, store)
-    result_files.mount(server)
-    run_files.mount(server, store)
-    detail.mount(server, engine, store)
-    _mount_pages(server, dash, store)
+    for page in PAGES:
+        page.mount(server, services)
+    _mount_addresses(server, dash, store)
     # Dash does this on the first request to a path of its own; the first one may name a page of
     # ours, which would come without its scripts and styles.
     dash._setup_server()  # type: ignore[no-untyped-call]  # dash
     policy = content_security_policy([*dash.csp_hashes(), _script_hash(_SCHEME_SCRIPT)])
-    server.add_middleware(BodyLimit, uncounted=(run_files.IMPORT_PATH,))
+    server.add_middleware(
+        BodyLimit, uncounted=tuple(path for page in PAGES for path in page.uploads)
+    )
     if token is not None:
         server.add_middleware(TokenGate, token=token, port=port)
     server.add_middleware(SameOrigin)
@@ -136,13 +133,13 @@ def create_app(
     return server
 
 
-async def keep_emptying(store: RunStore, period_s: float = EMPTY_EVERY_S) -> None:
-    """Delete for good, now and ever again, what was thrown away long ago."""
+async def remove_deleted_runs(store: RunStore, period_s: float = EMPTY_EVERY_S) -> None:
+    """Remove deleted runs from the disk once their time to undo is over, forever."""
     while True:
         try:
             await asyncio.to_thread(empty, store)
         except StoreError as error:
-            logger.warning("what was thrown away stays for now: %s", error)
+            logger.warning("deleted runs stay on the disk for now: %s", error)
         await asyncio.sleep(period_s)
 
 
@@ -152,9 +149,9 @@ def serve(
     scheduler: RemoteScheduler | None = None,
     store_root: Path | None = None,
 ) -> None:
-    """Serve until told to stop (Ctrl-C or SIGTERM), then leave no process behind.
+    """Serve until Ctrl-C or SIGTERM, then leave no process behind.
 
-    ``scheduler``: None for workers of our own. ``store_root``: folder
+    ``scheduler``: None for local workers. ``store_root``: folder
     of the runs, None for the default one. Elsewhere than on loopback it asks for a token, which is
     part of the link printed. Raises `InputError` for an address that is not this machine's own,
     `WorkerError` for a port that is taken or a scheduler that does not answer, and `StoreError` for
@@ -163,7 +160,7 @@ def serve(
     token = token_for(host)
     listener = _listen(host, port)
     # Uvicorn raises a signal again once it has stopped; this turns it into an orderly exit.
-    signal.signal(signal.SIGTERM, _leave)
+    signal.signal(signal.SIGTERM, _exit)
     with listener:
         store = RunStore(store_root or default_root())
         try:
@@ -190,7 +187,7 @@ def _dash_app(server: FastAPI) -> Dash:
         title="MirrorTwin",
         update_title="",
         suppress_callback_exceptions=True,
-        on_error=callbacks.tell,
+        on_error=router.report_unexpected,
         # A frame's updates travel together, so that the page renders once for all of them.
         websocket_batch_delay=0.005,
         # Never hang up on a page that merely waits.
@@ -202,7 +199,7 @@ def _dash_app(server: FastAPI) -> Dash:
     return dash
 
 
-def _mount_pages(server: FastAPI, dash: Dash, store: RunStore) -> None:
+def _mount_addresses(server: FastAPI, dash: Dash, store: RunStore) -> None:
     """Answer every address that a page has, and 404 with a page that says so to the rest.
 
     Dash alone answers 200 to any path. The last route here hides the catch-all that it adds.
@@ -212,9 +209,9 @@ def _mount_pages(server: FastAPI, dash: Dash, store: RunStore) -> None:
     def page(path: str, request: Request) -> Response:
         token = set_current_request(request)  # type: ignore[no-untyped-call]  # dash
         try:
-            address = shell.read_address(f"/{path}", store)
+            address = read_address(f"/{path}", store)
             html = dash.index()  # type: ignore[no-untyped-call]  # dash
-            return HTMLResponse(html, 404 if address.kind == "missing" else 200)
+            return HTMLResponse(html, 404 if address.kind == MISSING else 200)
         finally:
             reset_current_request(token)  # type: ignore[no-untyped-call]  # dash
 
@@ -233,18 +230,18 @@ def _listen(host: str, port: int) -> socket.socket:
     except OSError as error:
         # Python hands on what failed to resolve as an OSError with the resolver's negative number.
         if error.errno == errno.EADDRNOTAVAIL or (error.errno or 0) < 0:
-            raise InputError("host", f"{host!r} is no address of this machine") from None
+            raise InputError("host", f"{host!r} is not an address of this machine") from None
         why = "is taken" if error.errno == errno.EADDRINUSE else f"cannot be used: {error.strerror}"
         raise WorkerError(f"port {port} on {host} {why}; choose another with --port") from None
-    give_up_unread(listener)  # what it accepts inherits this
+    close_unread(listener)  # what it accepts inherits this
     return listener
 
 
-def give_up_unread(listener: socket.socket) -> None:
-    """Have the system end connections that take nothing for `UNREAD_S`, where it can (Linux).
+def close_unread(listener: socket.socket) -> None:
+    """Have the system close connections that accept no data for `UNREAD_S`, where it can (Linux).
 
-    Uvicorn hears by its pings that the other end is gone, but then closes in good order, which
-    never comes to an end while there is something left to send.
+    Uvicorn notices by its pings that the other end is gone, but then closes gracefully, which
+    never ends while there is data left to send.
     """
     if option := getattr(socket, "TCP_USER_TIMEOUT", None):
         listener.setsockopt(socket.IPPROTO_TCP, option, round(UNREAD_S * 1000))
@@ -267,5 +264,5 @@ def _run(app: FastAPI, listener: socket.socket) -> None:
     uvicorn.Server(config).run(sockets=[listener])
 
 
-def _leave(signum: int, frame: FrameType | None) -> NoReturn:
+def _exit(signum: int, frame: FrameType | None) -> NoReturn:
     raise SystemExit(0)

@@ -1,4 +1,4 @@
-"""Colours and type of the whole app: one place for the page, the figures and the 3D scenes.
+"""Colours, type and scale of the whole app: one place for the page, the figures and the 3D scenes.
 
 Green, amber and red mean status and nothing else (14 CFR 25.1549), so no series uses them. The
 series colours keep 3:1 contrast on both the light and the dark surface, and stay apart in lightness
@@ -18,7 +18,7 @@ ONSET = "#7b8794"
 """The injection mark on every time axis."""
 
 CLASS_COLOURS: tuple[str, ...] = ("#2f81d8", "#c7519c", "#7a6ff0", "#1f9fb5", "#a5703c")
-"""The five most probable classes, in order; the rest are drawn in `CLASS_REST`."""
+"""The most probable classes, in order; the rest are drawn in `CLASS_REST`."""
 
 CLASS_REST = "#97a3b0"
 
@@ -35,6 +35,9 @@ Blue and brown stay apart in every kind of colour blindness; to most of it viole
 """
 
 STATUS_RED = "#e03131"
+
+VERTICAL_SCALE = 5.0
+"""Heights of flight paths are drawn so many times, in every run and in every 3D view."""
 
 FONT_FAMILY = "Inter, 'Segoe UI', system-ui, -apple-system, 'Helvetica Neue', Arial, sans-serif"
 MONO_FAMILY = "ui-monospace, 'SF Mono', 'Cascadia Mono', 'DejaVu Sans Mono', Menlo, monospace"

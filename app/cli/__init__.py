@@ -21,11 +21,11 @@ COMMANDS: dict[str, str] = {
     "diagnose": "name the fault in a folder that simulate wrote",
     "report": "write, check and export the report on a run; answer questions about it",
     "export": "write a stored run to a file: zip, Garmin G1000 log or Rerun recording",
-    "import": "take runs in that were exported elsewhere",
-    "dataset": "fly the labelled flights that the networks learn from",
+    "import": "import runs exported by another MirrorTwin",
+    "dataset": "fly the labelled flights for training",
     "train": "train the diagnosis network on a data set",
-    "bench": "measure the speed of the twin",
-    "experiment": "make a result of the paper again",
+    "bench": "measure the speed of the twin and of the server",
+    "experiment": "reproduce a result of the paper",
 }
 
 _MODULES = {"import": "take_in"}
@@ -37,12 +37,12 @@ first steps:
   mirrortwin simulate --fault baffle_crack --severity 0.8 --onset 60 --seed 7 --out flight
   mirrortwin diagnose flight
 
-`mirrortwin COMMAND --help` tells all about one command.
+`mirrortwin COMMAND --help` describes one command.
 """
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser whose complaints are one line, like every other error of this command."""
+    """A parser whose error messages are one line, like every other error of this command."""
 
     def error(self, message: str) -> NoReturn:
         """Print ``message`` and leave with status 2."""

@@ -1,4 +1,4 @@
-"""``mirrortwin bench``: the speed of the twin, and of the server before a crowd."""
+"""``mirrortwin bench``: the speed of the twin, and of the server with many pages."""
 
 import argparse
 from pathlib import Path
@@ -9,7 +9,7 @@ from core.errors import InputError
 DESCRIPTION = """\
 Measure the speed of the twin, as medians over the rounds:
 
-  trajectory_ratio        a 300 s flight with autopilot, fault and 23 channels, in bare JSBSim loops
+  trajectory_ratio        a 300 s flight with autopilot, fault and sensors, in bare JSBSim loops
                           of the same aircraft and steps in the same process
   pair_ratio              that flight and its mirror, likewise
   long_flight_cost_ratio  a simulated second of a 2 h pair against one of a 300 s pair
@@ -18,10 +18,10 @@ Measure the speed of the twin, as medians over the rounds:
 The last two are measured in the first three rounds only. Takes about a minute on a quiet machine;
 `mirrortwin experiment speed` also draws it.
 
-With --clients, the server instead: so many pages at once, each with a live flight of its own at ten
-times the pace of the clock, three rounds of them; then the same with one page that reads nothing;
-then 50 runs on one page. How late samples come (from the flight to the page), what memory the
-server takes, and whether a page was told anything of another's run. Some minutes.
+With --clients, measure the server instead: N pages at once, each with a live flight of its own at
+ten times real time, in three rounds; then the same with one page that reads nothing; then 50 runs
+on one page. Measured are the delay of samples (from the flight to the page), the memory of the
+server, and whether a page received anything of another's run. Takes some minutes.
 """
 EXAMPLES = """\
 examples:
@@ -40,10 +40,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--quick", action="store_true",
-        help="a quarter of an hour for 2 h, 8 flights for 64; with --clients, 60 s for 300 s",
+        help="a quarter of an hour instead of 2 h, 8 flights instead of 64; with --clients, 60 s "
+        "instead of 300 s",
     )  # fmt: skip
     parser.add_argument(
-        "--clients", type=int, metavar="N", help="measure the server before N pages at once"
+        "--clients", type=int, metavar="N", help="measure the server with N pages at once"
     )
     parser.add_argument(
         "--out", type=Path, metavar="DIR", help="with --clients: also write crowd.json there"
@@ -56,7 +57,9 @@ def run(args: argparse.Namespace) -> None:
     if args.clients is not None:
         _crowd(args)
     elif args.out is not None:
-        raise InputError("out", "goes with --clients; `mirrortwin experiment speed` keeps the rest")
+        raise InputError(
+            "out", "needs --clients; `mirrortwin experiment speed` stores the other results"
+        )
     else:
         _speed(args)
 
@@ -101,8 +104,8 @@ def _crowd(args: argparse.Namespace) -> None:
         crowd = measure(clients, QUICK if args.quick else FULL, rounds, progress=show)
     if crowd.busy:
         note(BUSY)
-    told = result(crowd)
-    content = write_result(told, out) if out else told.to_dict()
+    measured = result(crowd)
+    content = write_result(measured, out) if out else measured.to_dict()
     if args.json:
         print_json(content)
         return

@@ -1,4 +1,4 @@
-"""``mirrortwin dataset``: the labelled flights that the networks learn from."""
+"""``mirrortwin dataset``: the labelled flights for training."""
 
 import argparse
 import sys
@@ -10,8 +10,8 @@ from app.cli.output import print_json, progress, writable_folder
 
 DESCRIPTION = """\
 Fly the data set: every class equally often, each flight with its mirror, split by run into
-training, validation and test parts. assets/dataset.toml says what is flown. Interrupted, the same
-command goes on where it stopped.
+training, validation and test parts. assets/data/dataset.toml holds the settings. After an
+interruption, the same command continues where it stopped.
 """
 EXAMPLES = """\
 examples:
@@ -29,15 +29,15 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--runs-per-class", type=int, metavar="N",
-        help="flights of each of the 20 classes, 4 or more (default: as in assets/dataset.toml)",
+        help="flights of each class, 4 or more (default: as in the settings)",
     )  # fmt: skip
     parser.add_argument(
         "--seed", type=int, metavar="N",
-        help="seed of the first flight, the others follow (default: as in assets/dataset.toml)",
+        help="seed of the first flight, the others follow (default: as in the settings)",
     )  # fmt: skip
     parser.add_argument(
         "--conditions", choices=("lab", "field"),
-        help="what the mirror knows of the flight (default: as in assets/dataset.toml)",
+        help="lab or field (default: as in the settings)",
     )  # fmt: skip
     parser.add_argument(
         "--workers", type=int, default=2, metavar="N", help="processes that fly (default 2)"

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 DESCRIPTION = """\
 Diagnose a folder that `mirrortwin simulate` wrote. Only faulted.parquet and mirror.parquet are
-read, or with --residual surrogate faulted.parquet and the plan: what was injected is not.
+read, or with --residual surrogate faulted.parquet and the plan; the injected fault is not.
 """
 EXAMPLES = """\
 examples:
@@ -24,8 +24,8 @@ examples:
   mirrortwin diagnose flight --residual surrogate
   mirrortwin diagnose flight --conditions field
 
-the JSON holds "top" (a fault id), "probabilities" (id: 0 to 1, all 20) and "evidence" (channels
-that left their mirror, or what the surrogate expected: when, how far, which way).
+the JSON holds "top" (a fault id), "probabilities" (id: 0 to 1, of every class) and "evidence" (the
+channels that left their mirror, or what the surrogate expected: when, how far, which way).
 """
 
 
@@ -34,13 +34,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("folder", type=Path, metavar="DIR", help="a folder written by simulate")
     parser.add_argument(
         "--residual", choices=("paired", "surrogate"), default="paired",
-        help="compare with the healthy mirror that was flown too (default), or with what a network "
-        "that knows healthy flights expects, which needs no mirror",
+        help="paired: compare with the healthy mirror (default); surrogate: compare with a network "
+        "that predicts healthy flights, which needs no mirror",
     )  # fmt: skip
     parser.add_argument(
         "--conditions", choices=("lab", "field"),
-        help="ask the model that was trained for these (default: those that run.json tells of, "
-        "else lab)",
+        help="use the model trained for these conditions (default: those in run.json, else lab)",
     )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print the diagnosis as JSON")
 
@@ -57,8 +56,8 @@ def run(args: argparse.Namespace) -> None:
     diagnosis = diagnoser.diagnose(pair, plan, interventions=known)
     if plan is not None and plan.conditions != diagnosis.conditions:
         note(
-            f"this flight was flown in {plan.conditions} conditions, and {diagnosis.model} has "
-            f"learnt from {diagnosis.conditions} flights alone: its scores do not hold here"
+            f"this flight was flown in {plan.conditions} conditions, and {diagnosis.model} was "
+            f"trained on {diagnosis.conditions} flights only: its scores do not apply here"
         )
     if args.json:
         print_json(diagnosis.to_dict())
@@ -67,7 +66,7 @@ def run(args: argparse.Namespace) -> None:
 
 
 def read_plan(folder: Path) -> "Plan | None":
-    """What was commanded, from ``run.json``; None where that is not told.
+    """The commanded plan, from ``run.json``; None where it holds none.
 
     Raises `InputError` if it is a plan that cannot be flown, or the file is damaged.
     """
@@ -143,7 +142,8 @@ def read_pair(folder: Path, *, mirrored: bool = True) -> "Pair":
         )
     if not np.array_equal(pair.faulted.time_s, pair.mirror.time_s):
         raise InputError(
-            "DIR", "faulted.parquet and mirror.parquet have other times: they are not of one flight"
+            "DIR",
+            "faulted.parquet and mirror.parquet have different times: they are not of one flight",
         )
     return pair
 
@@ -151,15 +151,20 @@ def read_pair(folder: Path, *, mirrored: bool = True) -> "Pair":
 def _print_tables(diagnosis: "Diagnosis") -> None:
     from rich.table import Table
 
+    from core.channels import unit_label
+    from core.units import percent
+
     stdout().print(f"{diagnosis.model}, trained for {diagnosis.conditions} conditions\n")
     ranked = Table("diagnosis", "probability", box=None)
     for mode, probability in diagnosis.ranked(3):
-        ranked.add_row(mode, f"{probability:.1%}")
+        ranked.add_row(mode, percent(probability))
     stdout().print(ranked)
     if diagnosis.none_of_these:
-        stdout().print("\nNone of these: the flight resembles nothing that the model has learnt.")
+        stdout().print(
+            "\nNone of these: the flight resembles no class that the model was trained on."
+        )
     if not diagnosis.evidence:
-        stdout().print("\nNo channel left what was expected of it.")
+        stdout().print("\nNo channel deviated from its reference.")
         return
     found = Table("channel", "from", "to", "mean residual", "in sigma", box=None)
     for item in diagnosis.evidence:
@@ -167,7 +172,7 @@ def _print_tables(diagnosis: "Diagnosis") -> None:
             item.channel,
             f"{item.start_s:.0f} s",
             f"{item.end_s:.0f} s",
-            f"{item.value:+.3g} {item.unit}",
+            f"{item.value:+.3g} {unit_label(item.unit)}",
             f"{item.sigma:+.1f}",
         )
     stdout().print()

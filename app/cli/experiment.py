@@ -12,8 +12,8 @@ from core.experiments.registry import RUNNABLE
 QUICK_FOLDER = Path("quick-results")
 
 DESCRIPTION = """\
-Make a result of the paper again, from seeds. Each writes NAME.json (the figures, with settings and
-code version), NAME.png and NAME.html.
+Reproduce a result of the paper from seeds. Each experiment writes NAME.json (the numbers, with
+settings and code version), NAME.png and NAME.html.
 """
 EXAMPLES = """\
 experiments:
@@ -29,13 +29,13 @@ examples:
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the options of this command."""
-    parser.add_argument("name", choices=RUNNABLE, metavar="NAME", help="which: see below")
+    parser.add_argument("name", choices=RUNNABLE, metavar="NAME", help="the experiment: see below")
     parser.add_argument(
-        "--quick", action="store_true", help="less data: proves the path, not the result"
+        "--quick", action="store_true", help="less data: tests the code, not the result"
     )
     parser.add_argument(
         "--out", type=Path, metavar="DIR",
-        help="where the files go (default: models/results of this installation, with --quick "
+        help="output folder (default: models/results of this installation, with --quick "
         f"./{QUICK_FOLDER})",
     )  # fmt: skip
     parser.add_argument(
@@ -45,7 +45,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--data", type=Path, metavar="DIR",
-        help="table1-4: a folder that dataset wrote; flown first where there is none (default: "
+        help="table1-4: a folder that dataset wrote; flown first if missing (default: "
         "data/CONDITIONS). cross: the folder with lab/ and field/ (default: data)",
     )  # fmt: skip
     parser.add_argument(
@@ -53,8 +53,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--minutes", type=float, metavar="M",
-        help="table1-4 and 6 only: begin no training, and no report by a language model, after M "
-        "minutes; the next call goes on. 0 writes down what there is",
+        help="table1-4 and 6 only: start no training, and no report by a language model, after M "
+        "minutes; the next call continues. 0 only writes the results so far",
     )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="print the JSON file too")
 
@@ -81,7 +81,7 @@ def run(args: argparse.Namespace) -> None:
 
 
 def _given(args: argparse.Namespace) -> dict[str, Any]:
-    """The options that only some experiments take; raises `InputError` where this one does not."""
+    """The options that only some experiments take; raises `InputError` if this one does not."""
     given: dict[str, Any] = {}
     for name in ("logs", "data", "conditions", "minutes"):
         value = getattr(args, name)

@@ -1,4 +1,4 @@
-"""``mirrortwin export``: a stored run as files to take along."""
+"""``mirrortwin export``: a stored run as files."""
 
 import argparse
 from pathlib import Path
@@ -12,10 +12,10 @@ if TYPE_CHECKING:
 
 DESCRIPTION = """\
 Write a finished run of the store to a file: everything, as a zip that `mirrortwin import` and the
-page Runs take in again; its flights as Garmin G1000 logs; or its Rerun recording.
+page Runs can import; its flights as Garmin G1000 logs; or its Rerun recording.
 
-A name without a suffix is that of a folder, as is a folder that is there: files get names of their
-own in it, and csv writes both flights.
+A name without a suffix, or of an existing folder, is a folder: files get names of their own in it,
+and csv writes both flights.
 """
 EXAMPLES = """\
 examples:
@@ -90,7 +90,7 @@ def _write_logs(store: "RunStore", args: argparse.Namespace, into_folder: bool) 
 
 def _write_whole(store: "RunStore", args: argparse.Namespace, into_folder: bool) -> Path:
     """Write the run as a zip, or its recording."""
-    from app.pages.runs.files import export_runs
+    from app.archives import export_runs
     from app.scenes.recordings import with_recording
     from core.files import whole_file
 

@@ -8,7 +8,9 @@ from app.cli.output import print_json, stdout
 if TYPE_CHECKING:
     from core.fmea.catalogue import Mode
 
-DESCRIPTION = "List the 19 engine faults and nominal: what they hit, how they grow, how they rate."
+DESCRIPTION = (
+    "List the engine faults and nominal: what they affect, how they grow, their FMEA ratings."
+)
 EXAMPLES = """\
 examples:
   mirrortwin faults
@@ -18,7 +20,7 @@ examples:
 
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the options of this command."""
-    parser.add_argument("--json", action="store_true", help="print a JSON list of the 20 modes")
+    parser.add_argument("--json", action="store_true", help="print a JSON list of the modes")
 
 
 def run(args: argparse.Namespace) -> None:

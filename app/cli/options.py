@@ -1,4 +1,4 @@
-"""Options that ask for a flight, with their units and ranges read from the plan itself."""
+"""Options of a flight, a fault and a cluster; units and ranges are read from the plan."""
 
 import argparse
 import difflib
@@ -15,7 +15,7 @@ if TYPE_CHECKING:  # it loads Dask
     from core.workers.scheduler import RemoteScheduler
 
 _Option = tuple[str, str, str, str]
-"""How it is typed, its unit, the field it sets, and what that is."""
+"""Option, metavar with the unit, field that it sets, and help text."""
 
 _PLAN_OPTIONS: tuple[_Option, ...] = (
     ("--altitude", "FT", "altitude_ft", "altitude to hold"),
@@ -24,9 +24,9 @@ _PLAN_OPTIONS: tuple[_Option, ...] = (
     ("--duration", "S", "duration_s", "length of the flight"),
 )
 _WEATHER_OPTIONS: tuple[_Option, ...] = (
-    ("--isa", "DEGC", "isa_deviation_degc", "air warmer than the standard day by"),
+    ("--isa", "DEGC", "isa_deviation_degc", "deviation from the standard temperature"),
     ("--wind", "KT", "wind_kt", "steady wind"),
-    ("--wind-from", "DEG", "wind_from_deg", "where the wind comes from"),
+    ("--wind-from", "DEG", "wind_from_deg", "direction of the wind"),
     ("--turbulence", "LEVEL", "turbulence", "from calm to moderate, whole numbers"),
 )
 
@@ -39,9 +39,9 @@ def _range(field: str) -> str:
 def add_plan_options(parser: argparse.ArgumentParser) -> None:
     """Add the options that `requested_plan` reads."""
     group = parser.add_argument_group(
-        "the flight", "What you do not choose is drawn from --seed, or read from --plan."
+        "the flight", "Values not given are drawn from --seed, or read from --plan."
     )
-    group.add_argument("--seed", type=int, metavar="N", help="what chance decides (default 0)")
+    group.add_argument("--seed", type=int, metavar="N", help="random seed (default 0)")
     group.add_argument("--plan", type=Path, metavar="FILE", help="a plan as TOML")
     for option, metavar, field, text in _PLAN_OPTIONS + _WEATHER_OPTIONS:
         group.add_argument(
@@ -50,17 +50,19 @@ def add_plan_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--power",
         choices=("fixed", "speed_hold"),
-        help="leave the throttle where it holds the speed in health, or keep closing that loop",
+        help="fixed: leave the throttle where it holds the speed in health; speed_hold: keep "
+        "controlling the speed",
     )
     group.add_argument(
         "--conditions",
         choices=("lab", "field"),
-        help="the mirror shares air and noise (lab, as in the paper), or knows them only roughly",
+        help="lab: the mirror shares air and noise, as in the paper; field: it knows them only "
+        "roughly",
     )
 
 
 def requested_plan(args: argparse.Namespace) -> Plan:
-    """The plan that the options ask for; raises `InputError` naming the field that cannot be."""
+    """The plan of the options; raises `InputError` naming the field that is out of range."""
     seed = Plan(seed=args.seed or 0).seed  # refused here where it is out of range
     plan = load_plan(args.plan) if args.plan else Plan.sampled(seed)
     names = ("seed", "power", "conditions", *(field for _, _, field, _ in _PLAN_OPTIONS))
@@ -86,19 +88,19 @@ def add_fault_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--onset", type=float, default=60.0, metavar="S",
-        help="when it begins, before the end of the flight (default 60 s)",
+        help="start of the fault, before the end of the flight (default 60 s)",
     )  # fmt: skip
     group.add_argument(
-        "--cylinder", type=int, metavar="1-4", help="the cylinder hit (default: the usual one)"
+        "--cylinder", type=int, metavar="1-4", help="affected cylinder (default: the usual one)"
     )
 
 
 def requested_fault(args: argparse.Namespace, plan: Plan) -> Fault:
-    """The fault that the options ask for; raises `InputError` naming the field that cannot be."""
+    """The fault of the options; raises `InputError` naming the field that is out of range."""
     modes = catalogue()
     if args.fault not in modes:
         close = difflib.get_close_matches(args.fault, modes, n=3, cutoff=0.5)
-        hint = f"did you mean {' or '.join(close)}?" if close else "there is nothing like it;"
+        hint = f"did you mean {' or '.join(close)}?" if close else "no mode has a similar name;"
         raise InputError("fault", f"unknown mode {args.fault!r}; {hint} see `mirrortwin faults`")
     fault = Fault(args.fault, args.severity, args.onset, args.cylinder)
     fault.check_within(plan.duration_s)
@@ -108,23 +110,23 @@ def requested_fault(args: argparse.Namespace, plan: Plan) -> Fault:
 def add_scheduler_options(parser: argparse.ArgumentParser) -> None:
     """Add the options that `requested_scheduler` reads."""
     group = parser.add_argument_group(
-        "a Dask cluster", "Flights are flown by processes of our own unless one is named."
+        "a Dask cluster", "Without one, flights are flown by local processes."
     )
     group.add_argument(
         "--scheduler", metavar="ADDRESS", help="its scheduler, such as tls://HOST:8786"
     )
     for option, text in (
-        ("--tls-ca", "certificate of the CA that it and we trust"),
-        ("--tls-cert", "our certificate"),
-        ("--tls-key", "our key, where it is not in the file of the certificate"),
+        ("--tls-ca", "certificate of the CA that both sides trust"),
+        ("--tls-cert", "own certificate"),
+        ("--tls-key", "own key, if it is not in the certificate file"),
     ):
         group.add_argument(
             option, type=Path, metavar="FILE", help=f"{text} (PEM; else from Dask's configuration)"
         )
     group.add_argument(
         "--insecure-scheduler", action="store_true",
-        help="accept one on another machine that has no TLS: anyone on its network can run code "
-        "in it and here",
+        help="accept a scheduler on another machine without TLS: anyone on its network can run "
+        "code in it and here",
     )  # fmt: skip
 
 
@@ -137,5 +139,5 @@ def requested_scheduler(args: argparse.Namespace) -> "RemoteScheduler | None":
             args.scheduler, args.tls_ca, args.tls_cert, args.tls_key, args.insecure_scheduler
         )
     if args.tls_ca or args.tls_cert or args.tls_key or args.insecure_scheduler:
-        raise InputError("scheduler", "its certificates say nothing without --scheduler")
+        raise InputError("scheduler", "is needed with the --tls options and --insecure-scheduler")
     return None

@@ -1,4 +1,4 @@
-"""How the command speaks: JSON for programs, tables and progress for people."""
+"""Output of the command line: JSON for programs, tables and progress for people."""
 
 import json
 import sys
@@ -27,13 +27,13 @@ def stdout() -> Console:
 
 
 def note(message: str) -> None:
-    """Tell the person at the terminal something that is not the result: one line on stderr."""
+    """Print one line that is not the result, on stderr."""
     print(message, file=sys.stderr, flush=True)
 
 
 @contextmanager
 def progress(label: str) -> Iterator[Callable[[float], None]]:
-    """Show how far long work has come, on stderr; yields a function that takes 0-1.
+    """Show the progress of long work, on stderr; yields a function that takes 0-1.
 
     A bar with the time left on a terminal; elsewhere a plain line at every tenth once the work has
     lasted a while, so that a log stays readable.
@@ -73,7 +73,7 @@ def _tenths(label: str) -> Callable[[float], None]:
 
 
 def writable_folder(path: Path) -> Path:
-    """``path`` as a folder that can be written to, made where it is not there.
+    """``path`` as a writable folder, created where it is missing.
 
     Raises `InputError` naming ``--out`` otherwise: before the work, not after it.
     """

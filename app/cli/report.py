@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 DESCRIPTION = """\
 Write the report on a run of the app (by its id, as in the address /run/ID) or on a folder that
-`mirrortwin simulate` wrote. Every sentence is checked against evidence and FMEA knowledge before
-it counts, whoever writes it.
+`mirrortwin simulate` wrote. Every sentence is checked against evidence and FMEA knowledge,
+whichever writer wrote it.
 """
 EXAMPLES = """\
 examples:
@@ -60,7 +60,7 @@ def run(args: argparse.Namespace) -> None:
     for line in exported.report.notes:
         note(line)
     if args.format == "pdf" and args.out is None and sys.stdout.isatty():
-        raise InputError("--out", "is needed: a PDF is nothing for a terminal")
+        raise InputError("--out", "is needed: a PDF cannot be shown in a terminal")
     if args.format == "json" and args.out is None:
         print_json(_as_json(exported))
         return
@@ -108,9 +108,9 @@ def _from_folder(folder: Path) -> "_Read":
 
 
 def _outcome(folder: Path, diagnosis: "Diagnosis") -> "Outcome | None":
-    """The diagnosis beside what ``run.json`` says was injected; None where it does not say.
+    """The diagnosis beside the injected fault in ``run.json``; None where it holds none.
 
-    It is read once the diagnosis stands, which never sees it.
+    It is read after the diagnosis, which never sees it.
     """
     import json
 

@@ -20,9 +20,9 @@ _BLOCK_S = 30.0
 DESCRIPTION = """\
 Fly one flight twice, with the fault and without it, and write what both aircraft logged:
 
-  faulted.parquet, mirror.parquet   time, 23 channels and the flight states, 50 samples a second
+  faulted.parquet, mirror.parquet   time, channels and flight states, 50 samples a second
   run.rrd                           the same for the Rerun viewer
-  run.json                          the plan, the fault and what was done on the way
+  run.json                          the plan, the fault and the actions
 
 The same options write the same Parquet bytes on every run.
 """
@@ -33,7 +33,7 @@ examples:
   mirrortwin simulate --plan plan.toml --fault oil_cooler_maintenance --out flight
   mirrortwin simulate --actions actions.toml --out flight
 
-a plan file holds any of these lines, the rest keeps its default:
+a plan file holds any of these lines; other values keep their defaults:
   altitude_ft = 5200
   speed_kt = 95
   duration_s = 600
@@ -57,7 +57,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     add_plan_options(parser)
     parser.add_argument(
         "--actions", type=Path, metavar="FILE",
-        help="what is done on the way, as TOML or JSON: faults, repairs, new targets",
+        help="actions during the flight, as TOML or JSON: faults, repairs, new targets",
     )  # fmt: skip
     parser.add_argument(
         "--out", type=Path, required=True, metavar="DIR", help="the folder to write to"
@@ -92,7 +92,7 @@ def _requested_actions(path: Path | None, plan: "Plan") -> "tuple[Action, ...]":
 
 
 def _done(actions: "tuple[Action, ...]", pair: "Pair") -> "tuple[Action, ...]":
-    """The actions that were done; says so if the ground has ended the flight before its plan."""
+    """The actions that were done; notes it if the flight ended on the ground."""
     from core.twin.actions import done_by
 
     done = done_by(actions, float(pair.mirror.time_s[-1]))
@@ -102,7 +102,7 @@ def _done(actions: "tuple[Action, ...]", pair: "Pair") -> "tuple[Action, ...]":
             "(sea level; no terrain is simulated)"
         )
     if len(done) < len(actions):
-        note(f"Left out, for the flight was over: {len(actions) - len(done)} of the actions")
+        note(f"Not done, because the flight was over: {len(actions) - len(done)} of the actions")
     return done
 
 

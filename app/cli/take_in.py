@@ -6,8 +6,8 @@ from pathlib import Path
 from app.cli.output import print_json
 
 DESCRIPTION = """\
-Take the runs of a zip that `mirrortwin export` or the page Runs wrote into the store, under their
-own names. Checksums and contents are checked first; if anything is wrong, nothing is taken.
+Import the runs of a zip written by `mirrortwin export` or the page Runs into the store, under their
+own names. Checksums and contents are checked first; if anything is wrong, nothing is imported.
 """
 EXAMPLES = """\
 examples:
@@ -23,13 +23,13 @@ def configure(parser: argparse.ArgumentParser) -> None:
         "--store", type=Path, metavar="DIR",
         help="where runs are kept (default: $MIRRORTWIN_HOME, else .mirrortwin)",
     )  # fmt: skip
-    parser.add_argument("--json", action="store_true", help="print what was taken in as JSON")
+    parser.add_argument("--json", action="store_true", help="print the imported runs as JSON")
 
 
 def run(args: argparse.Namespace) -> None:
-    """Take the runs in; raises `InputError` or `StoreError`."""
+    """Import the runs; raises `InputError` or `StoreError`."""
+    from app.archives import import_runs
     from app.kit.words import run_title
-    from app.pages.runs.files import import_runs
     from core.store.store import RunStore, default_root
 
     records = import_runs(RunStore(args.store or default_root()), args.file)

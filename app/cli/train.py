@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 DESCRIPTION = """\
 Train a classifier (by default the paper's convolutional network) on a data set, score it once on
 the test part, and save its weights and its card (classes, seeds, settings, scores, calibration).
-With --surrogate train instead the network that predicts healthy flights; it flies its own.
-Interrupted, the same command goes on where it stopped and ends with the same weights.
+With --surrogate, train the network that predicts healthy flights instead; it flies its own data.
+After an interruption, the same command continues where it stopped, to the same weights.
 """
 EXAMPLES = """\
 examples:
@@ -38,20 +38,20 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--healthy", action="store_true",
-        help="describe how far residuals of healthy field flights stray; needs no data set",
+        help="describe the spread of residuals of healthy field flights; needs no data set",
     )  # fmt: skip
     parser.add_argument(
         "--conditions", choices=("lab", "field"), default="lab",
-        help="with --surrogate: which flights it learns from (default lab)",
+        help="with --surrogate: conditions of its training flights (default lab)",
     )  # fmt: skip
     parser.add_argument(
         "--horizon", type=int, metavar="H",
-        help="with --surrogate: learn to predict 1 to H steps ahead (default: as the shipped one)",
+        help="with --surrogate: predict 1 to H steps ahead (default: as the shipped model)",
     )  # fmt: skip
     parser.add_argument(
         "--out", type=Path, default=MODELS, metavar="DIR",
-        help="where weights and card go, and where the surrogate is looked for (default: the "
-        "models/ of this installation)",
+        help="folder for weights and card, and of the surrogate to use (default: models/ of this "
+        "installation)",
     )  # fmt: skip
     parser.add_argument(
         "--residual", choices=("paired", "surrogate", "raw", "differencing"), default="paired",
@@ -63,9 +63,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--inputs", choices=("both", "residuals", "states"),
-        help="which half of the 46 channels is learnt from (default: as the shipped one)",
+        help="the input channels (default: as the shipped model)",
     )  # fmt: skip
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="default 0")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="random seed (default 0)")
     parser.add_argument(
         "--epochs", type=int, metavar="N", help="at most this many passes over the training data"
     )
@@ -124,7 +124,7 @@ def _classifier(args: argparse.Namespace, out: Path) -> dict[str, Any]:
         **chosen,
     )
     surrogate = load_surrogate(conditions, out) if args.residual == "surrogate" else None
-    return train(args.data, out, settings, surrogate=surrogate, progress=_tell)
+    return train(args.data, out, settings, surrogate=surrogate, progress=_print_epoch)
 
 
 def _surrogate(args: argparse.Namespace, out: Path) -> dict[str, Any]:
@@ -133,14 +133,14 @@ def _surrogate(args: argparse.Namespace, out: Path) -> dict[str, Any]:
     horizon = CHOSEN_HORIZON[args.conditions] if args.horizon is None else args.horizon
     settings = SurrogateSettings(conditions=args.conditions, horizon=horizon, seed=args.seed)
 
-    def tell(step: "Step") -> None:
+    def print_step(step: "Step") -> None:
         note(f"update {step.done}/{step.of}  loss {step.loss:.4f}")
 
     work = Path("data") / f"surrogate-{args.conditions}"
-    return train_surrogate(out, settings, work_dir=work, progress=tell)
+    return train_surrogate(out, settings, work_dir=work, progress=print_step)
 
 
-def _tell(epoch: "Epoch") -> None:
+def _print_epoch(epoch: "Epoch") -> None:
     note(
         f"epoch {epoch.index}/{epoch.of}  loss {epoch.train_loss:.4f}  "
         f"validation macro-F1 {epoch.validation_macro_f1:.4f} (best {epoch.best_macro_f1:.4f})  "

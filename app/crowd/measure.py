@@ -21,7 +21,7 @@ import psutil
 
 from app.crowd.page import CrowdPage
 from app.crowd.server import Served, served
-from app.pages.fly import session as live
+from app.sessions import ACK_TIMEOUT_S
 from core.errors import WorkerError
 from core.fmea.catalogue import catalogue
 from core.fmea.fault import Fault
@@ -266,7 +266,7 @@ async def _all_done(pages: Sequence[CrowdPage]) -> None:
 
 async def _until_let_go(server: Served, connections: int, begun_s: float) -> float | None:
     """Seconds until the server has one connection less; None if that never comes."""
-    patience_s = 4.0 * live.ACK_TIMEOUT_S
+    patience_s = 4.0 * ACK_TIMEOUT_S
     while time.monotonic() - begun_s < patience_s:
         if server.connections < connections:
             return time.monotonic() - begun_s

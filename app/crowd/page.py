@@ -42,7 +42,7 @@ class Arrivals:
     """What came of a run's samples: ``delays_s`` from leaving the flight to arriving here.
 
     ``counts`` are the samples that came with each of them. ``parts``: (start, time_s (n,), faulted
-    (n, 23)) of each frame.
+    (n, n_channels)) of each frame.
     """
 
     delays_s: list[float] = field(default_factory=list)
@@ -50,7 +50,7 @@ class Arrivals:
     parts: list[tuple[int, Array32, Array32]] = field(default_factory=list)
 
     def flight(self) -> tuple[Array32, Array32]:
-        """All samples as one: time (n,) and faulted channels (n, 23)."""
+        """All samples as one: time (n,) and faulted channels (n, n_channels)."""
         parts = sorted(self.parts, key=lambda part: part[0])
         return (
             np.concatenate([time_s for _, time_s, _ in parts]),

@@ -1,4 +1,4 @@
-"""What every chart on the page shares: the flight-time axis, the onset mark, decimation.
+"""Parts of every chart: the flight-time axis, the onset mark, decimation.
 
 Figures are plain dictionaries in Plotly's JSON form; the tests check them against its schema.
 """
@@ -16,9 +16,12 @@ Array = NDArray[np.floating[Any]]
 Array32 = NDArray[np.float32]
 Figure = dict[str, Any]
 
+GRAPH_CONFIG: dict[str, Any] = {"displayModeBar": False, "doubleClick": "reset+autosize"}
+"""How every `dcc.Graph` behaves."""
+
 HOUR_S = 3600.0
 _MIDNIGHT = np.datetime64("1970-01-01", "ms")
-"""Where `assets/cursor.js`, too, has the flight begin: zero for Plotly's own milliseconds."""
+"""Start of the flight on a date axis, as in `assets/cursor.js`: zero in Plotly's milliseconds."""
 
 _DOWNSAMPLER = MinMaxDownsampler()  # type: ignore[no-untyped-call]  # library
 
@@ -39,9 +42,9 @@ def moments(time_s: Array) -> list[str]:
 
 
 def along(time_s: Array) -> dict[str, Any]:
-    """Where the points of a Plotly trace lie, flight times (n,): a start and a step if they can be.
+    """The x values of a Plotly trace at flight times (n,): start and step where they are regular.
 
-    A window every 5 s in twenty traces, sent anew with each, would else be a third of all bytes.
+    Times of every window in every trace, sent with each update, would be a third of all bytes.
     """
     steps_s = np.diff(time_s)
     if len(steps_s) and np.ptp(steps_s) < 1e-3:
@@ -108,7 +111,7 @@ def packed(values: Array) -> dict[str, str]:
 
 
 def kept_rows(time_s: Array, values: Array, n_out: int) -> NDArray[np.intp]:
-    """Which of the samples to draw, at most ``n_out`` in order, so that the line keeps every spike.
+    """The samples to draw, at most ``n_out`` in order, so that the line keeps every spike.
 
     The least and the greatest sample of ``n_out / 2 - 1`` stretches of equal length, found by
     ``tsdownsample``, and both ends. Not MinMaxLTTB, whose lines are a little smoother: of a spike

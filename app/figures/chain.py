@@ -13,7 +13,7 @@ WORDS: dict[Sign, str] = {"+": "rises", "-": "falls", "0": "holds", "~": "may mo
 
 
 def chain_diagram(steps: Sequence[ChainStep], cylinder: int) -> html.Ol:
-    """The chain, read downwards, as seen when ``cylinder`` is hit; gauges stand to the right."""
+    """The chain, read downwards, for an affected ``cylinder``; gauges stand to the right."""
     return html.Ol([_step(step, cylinder) for step in steps], className="chain")
 
 

@@ -1,4 +1,4 @@
-"""Several runs in one picture: channels on one clock, paths from the side and from above."""
+"""Several runs in one chart: channels on one time axis, paths from the side and from above."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -19,8 +19,8 @@ from app.figures.axes import (
 )
 from core.channels import channel, unit_label
 
-MAX_RUNS = 6
-POINTS_PER_LINE = 900
+MAX_COMPARED = 6
+COMPARED_POINTS = 900
 OUTLIER = 5.0
 LEAST_FT = 2.0
 ROW_PX = 170
@@ -29,7 +29,7 @@ PATH_STATES = ("north_m", "east_m", "altitude_ft")
 
 COLOURS = (*theme.CLASS_COLOURS, "#5f6b78")
 DASHES = ("solid", "dash", "dot", "dashdot", "longdash", "longdashdot")
-"""Of each run in turn: colour and dash together, so that either is enough."""
+"""Colour and dash of each run in turn: either is enough to distinguish runs."""
 
 Kind = Literal["reading", "residual", "difference"]
 
@@ -71,7 +71,7 @@ def channels_figure(runs: Sequence[Flown], names: Sequence[str], kind: Kind) -> 
             noise = logged.sigma
             axes[f"yaxis{suffix}"]["range"] = framed(lines, 4.0 * noise)
         for place, (run, values) in enumerate(zip(runs, lines, strict=True)):
-            drawn = kept_rows(run.time_s[: len(values)], values, POINTS_PER_LINE)
+            drawn = kept_rows(run.time_s[: len(values)], values, COMPARED_POINTS)
             traces.append(
                 {
                     **_line(place, run.label),
@@ -97,7 +97,7 @@ def channels_figure(runs: Sequence[Flown], names: Sequence[str], kind: Kind) -> 
 
 
 def values_of(run: Flown, first: Flown, name: str, kind: Kind) -> Array:
-    """What is drawn of a run: its reading, its residual, or how it differs from the first run.
+    """The values drawn of a run: readings, residuals, or differences from the first run.
 
     Differences end with the shorter of the two flights.
     """
@@ -113,8 +113,8 @@ def values_of(run: Flown, first: Flown, name: str, kind: Kind) -> Array:
 def framed(lines: Sequence[Array], at_least: float) -> list[float]:
     """The range of an axis around zero that shows what most lines do.
 
-    A line that goes more than five times as far as the next is let out of the frame: beside a dead
-    engine everything else would look like nothing. ``at_least`` is the least span to either side.
+    A line that goes more than five times as far as the next does not count: beside a stopped
+    engine every other line would look flat. ``at_least`` is the least span to either side.
     """
     reach = sorted((float(np.abs(line).max(initial=0.0)) for line in lines), reverse=True)
     while len(reach) > 1 and reach[1] > at_least and reach[0] > OUTLIER * reach[1]:
@@ -128,7 +128,7 @@ def framed(lines: Sequence[Array], at_least: float) -> list[float]:
 
 
 def side_figure(runs: Sequence[Flown], *, against_mirror: bool) -> Figure:
-    """Altitude in feet over distance flown; or what each has lost against its own mirror."""
+    """Altitude in feet over distance flown; or the altitude lost against its own mirror."""
     traces = []
     drawn = []
     for place, run in enumerate(runs):
@@ -139,7 +139,7 @@ def side_figure(runs: Sequence[Flown], *, against_mirror: bool) -> Figure:
         if against_mirror:
             altitude_ft = altitude_ft - run.mirror["altitude_ft"]
         drawn.append(altitude_ft)
-        rows = kept_rows(run.time_s, altitude_ft, POINTS_PER_LINE)
+        rows = kept_rows(run.time_s, altitude_ft, COMPARED_POINTS)
         traces.append(
             {
                 **_line(place, run.label),
@@ -160,7 +160,7 @@ def track_figure(runs: Sequence[Flown]) -> Figure:
     traces = []
     for place, run in enumerate(runs):
         east_nm, north_nm = (run.faulted[name] / M_PER_NM for name in ("east_m", "north_m"))
-        rows = np.linspace(0, len(run.time_s) - 1, min(len(run.time_s), POINTS_PER_LINE))
+        rows = np.linspace(0, len(run.time_s) - 1, min(len(run.time_s), COMPARED_POINTS))
         drawn = rows.astype(np.intp)
         traces.append(
             {

@@ -5,11 +5,11 @@ from app.figures.axes import Figure, bare_layout, kept_rows, moments, onset_mark
 from core.channels import CHANNELS, unit_label
 from core.experiments.signs.growth import GROWTH_ONSET_S, GROWTH_PLAN, Growth
 
-POINTS_PER_LINE = 500
+GROWTH_POINTS = 500
 
-DASHES = ("dot", "dash", "solid")
+SEVERITY_DASHES = ("dot", "dash", "solid")
 WIDTHS = (1.2, 1.5, 2.2)
-"""From mild to severe: told apart without colour."""
+"""From mild to severe: distinct without colour."""
 
 
 def growth_figure(growth: Growth, index: int) -> Figure:
@@ -18,9 +18,9 @@ def growth_figure(growth: Growth, index: int) -> Figure:
     unit = unit_label(channel.unit)
     traces = []
     for (severity, residual), dash, width in zip(
-        sorted(growth.residuals.items()), DASHES, WIDTHS, strict=True
+        sorted(growth.residuals.items()), SEVERITY_DASHES, WIDTHS, strict=True
     ):
-        rows = kept_rows(growth.time_s, residual[:, index], POINTS_PER_LINE)
+        rows = kept_rows(growth.time_s, residual[:, index], GROWTH_POINTS)
         traces.append(
             {
                 "type": "scatter",

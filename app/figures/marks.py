@@ -1,4 +1,4 @@
-"""The moments of a flight worth marking on every chart: what ``assets/cursor.js`` draws and lists.
+"""The marked moments of a flight, which ``assets/cursor.js`` draws and lists.
 
 The onset is not among them: the page knows it with the first sample.
 """
@@ -9,6 +9,7 @@ from typing import Any, TypedDict
 import numpy as np
 
 from app.figures.axes import Array
+from app.figures.probabilities import LEADERS
 from core.channels import CHANNEL_INDEX, channel, unit_label
 from core.diagnosis.diagnosis import Diagnosis
 from core.diagnosis.naming import named_at
@@ -16,11 +17,10 @@ from core.fmea.fault import Fault
 from core.twin.events import FlightEvent
 
 MOST_EXCESSES = 200
-"""A reading may cross its limit with every gust: so many crossings are drawn, the longest."""
+"""Most excesses drawn, the longest first: a reading may cross its limit with every gust."""
 
-LEADERS = 5
 LEAST_SHARE = 0.0005
-"""What reads as 0.0 % is not shown."""
+"""Smaller shares are not shown."""
 
 EVENT_LABELS = {"stall": "Stall", "lost_control": "Control lost", "ground": "Meets the ground"}
 
@@ -36,7 +36,7 @@ class Mark(TypedDict):
 
 
 def verdict_marks(diagnosis: Diagnosis, fault: Fault) -> list[Mark]:
-    """When a channel first left its mirror, and since when the right class leads."""
+    """The first evidence, and the first right answer."""
     marks = evidence_marks(diagnosis)
     time_s, over_time = diagnosis.time_s, diagnosis.probabilities_over_time
     return marks + named_marks(diagnosis.classes, time_s, over_time, fault)
@@ -54,9 +54,9 @@ def evidence_marks(diagnosis: Diagnosis) -> list[Mark]:
 def named_marks(
     classes: Sequence[str], time_s: Array, probabilities: Array, fault: Fault
 ) -> list[Mark]:
-    """Since when the fault that is flown leads, for good; nothing for a healthy flight.
+    """The time from which the injected fault leads to the end; nothing for a healthy flight.
 
-    ``time_s`` (k,) and ``probabilities`` (k, 20) are those of the windows so far.
+    ``time_s`` (k,) and ``probabilities`` (k, n_classes) are those of the windows so far.
     """
     if fault.mode == "nominal" or fault.mode not in classes or not len(time_s):
         return []
@@ -66,7 +66,7 @@ def named_marks(
 
 
 def action_marks(lines: Sequence[tuple[float, str]]) -> list[Mark]:
-    """What was done during a live flight: time and words of each."""
+    """The actions of a live flight: time and words of each."""
     return [_mark("action", time_s, words) for time_s, words in lines]
 
 
@@ -85,8 +85,9 @@ def track(
 ) -> dict[str, Any]:
     """The answers of all windows, for the ranking at the time cursor (``assets/ranking.js``).
 
-    ``time_s`` (k,), ``probabilities`` (k, 20) by the classes in ``names``; ``colours`` are those of
-    the lines in the chart. Of each window the leaders alone are sent: place of the class and share.
+    ``time_s`` (k,), ``probabilities`` (k, n_classes) by the classes in ``names``; ``colours`` are
+    those of the lines in the chart. Of each window only the leaders are sent: place of the class
+    and share.
     """
     return {
         "run": run_id,

@@ -1,11 +1,11 @@
-"""What the browser is given of a mystery flight: sensors, and the mirror only when it is due."""
+"""The data of a mystery flight for the browser: sensors, and the mirror only once revealed."""
 
 from typing import Any
 
 import numpy as np
 
 from app.figures.axes import base64_floats, kept_rows
-from app.figures.sensors import POINTS_PER_LINE, tile_specs
+from app.figures.sensors import TILE_POINTS, tile_specs
 from core.arrays import Array, Array32
 from core.channels import CHANNEL_INDEX, CHANNELS, channel
 from core.teach.scoring import Mark
@@ -19,8 +19,8 @@ def mystery_flight(
 ) -> dict[str, Any]:
     """The charts of `assets/teach.js`; ``mirror`` and ``onset_s`` are None while they are hidden.
 
-    Which samples are drawn goes by what is shown alone: a sample kept because of the mirror would
-    tell of it.
+    The samples are chosen by the lines that are shown: one kept because of the mirror would reveal
+    it.
     """
     time_s = readings.time_s
     drawn: list[list[str]] = []
@@ -28,7 +28,7 @@ def mystery_flight(
         lines: list[Array32] = [readings.channels[:, index]]
         if mirror is not None:
             lines.append(mirror.channels[:, index])
-        kept = [kept_rows(time_s, line, POINTS_PER_LINE) for line in lines]
+        kept = [kept_rows(time_s, line, TILE_POINTS) for line in lines]
         rows = np.unique(np.concatenate(kept))
         columns: list[Array | Array32] = [time_s, *lines]
         drawn.append([base64_floats(values[rows]) for values in columns])
@@ -53,7 +53,7 @@ def shown_marks(marks: tuple[Mark, ...]) -> list[dict[str, Any]]:
 
 
 def mark_words(mark: Mark) -> str:
-    """What a mark claims, without its time.
+    """The claim of a mark, without its time.
 
     >>> mark_words(Mark("E1 EGT1", 130.0, "-"))
     'EGT 1 falls'

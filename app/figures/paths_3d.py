@@ -1,4 +1,4 @@
-"""Several flights in space: where each went, and how far from its healthy mirror."""
+"""Several flight paths in 3D, and their separation from the healthy mirror."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,7 +9,6 @@ import numpy as np
 from app import theme
 from app.figures.axes import Array, Figure, bare_layout, packed
 from app.figures.comparison import COLOURS, DASHES, M_PER_NM, Flown
-from app.scenes.geometry import VERTICAL_SCALE
 from core.clock import clock
 from core.units import FOOT_M as M_PER_FT
 from core.units import distance_words
@@ -17,10 +16,10 @@ from core.units import distance_words
 HEIGHT_PX = 440
 POINTS_PER_PATH = 500
 RUNGS = 16
-"""Lines from a flight to its mirror at equal intervals of time: how it came away, and how far."""
+"""Number of lines from a flight to its mirror, at equal intervals of time."""
 
-RISES = (VERTICAL_SCALE, 1.0)
-"""How many times heights can be drawn: as in the live scene, or true, where little shows."""
+RISES = (theme.VERTICAL_SCALE, 1.0)
+"""Vertical scales to choose from: as in the live scene, or true to scale."""
 
 _LEAST_WIDTH, _LEAST_HEIGHT = 0.35, 0.18
 """Of the longest side: a flight straight ahead has neither width nor height, and needs a box."""
@@ -32,7 +31,7 @@ _PLACE = "%{z:,.0f} ft<br>%{y:.2f} nm north, %{x:.2f} nm east<extra></extra>"
 
 @dataclass(frozen=True, slots=True)
 class Separation:
-    """How far a flight came from its mirror: a true distance, and when it was the largest."""
+    """The largest distance of a flight from its mirror, true to scale, and its time."""
 
     label: str
     distance_m: float
@@ -50,7 +49,7 @@ def separations(runs: Sequence[Flown]) -> list[Separation]:
 
 
 def described(runs: Sequence[Flown]) -> str:
-    """What there is to see, for those who cannot see it."""
+    """A description of the paths for those who cannot see them."""
     count = "1 flight path" if len(runs) == 1 else f"{len(runs)} flight paths"
     said = []
     for apart in sorted(separations(runs), key=lambda found: -found.distance_m):
@@ -65,7 +64,7 @@ def described(runs: Sequence[Flown]) -> str:
 def paths_figure(runs: Sequence[Flown], rise: float = 1.0) -> Figure:
     """The paths, one to a colour and dash, in nautical miles and feet drawn to one scale.
 
-    ``rise``: so many times heights are drawn. Dashed and pale is the mirror of the first run; a run
+    ``rise``: the vertical scale. Dashed and pale is the mirror of the first run; a run
     that had the same mirror has rungs to it. Circle: start, cross: onset, diamond: end.
     """
     traces = []
@@ -148,7 +147,7 @@ def _marks(run: Flown, colour: str) -> dict[str, Any]:
 
 
 def _same_mirror(run: Flown, first: Flown) -> bool:
-    """Whether two runs have one healthy flight to be held against."""
+    """Whether two runs have the same healthy mirror."""
     if len(run.time_s) != len(first.time_s):
         return False
     return bool(np.abs(_metres(run.mirror) - _metres(first.mirror)).max(initial=0.0) < 1.0)

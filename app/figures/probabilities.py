@@ -24,15 +24,15 @@ LEADERS = len(theme.CLASS_COLOURS)
 NEGLIGIBLE = 0.02
 """Below this throughout, a class's line would lie on the axis: it is left out."""
 
-POINTS_PER_LINE = 240
-"""A window every 5 s makes 1,440 in 2 h, and the chart is drawn anew with each few of them."""
+CLASS_POINTS = 240
+"""A window every 5 s makes 1,440 in 2 h, and the chart is redrawn every few windows."""
 
 MIN_LEAD = 0.15
 """A class that leads for this share of the flight has its name on the chart: it has room there."""
 
 
 def leaders(classes: Sequence[str], probabilities: Array, k: int = LEADERS) -> list[str]:
-    """The ``k`` most probable classes, best first; ``probabilities`` is (20,)."""
+    """The ``k`` most probable classes, best first; ``probabilities`` is (n_classes,)."""
     order = np.argsort(-np.asarray(probabilities), kind="stable")[:k]
     return [classes[int(index)] for index in order]
 
@@ -53,8 +53,8 @@ def probability_figure(
 ) -> Figure:
     """Probability of every class that matters over the flight.
 
-    ``names`` maps the 20 ids, in the order of the columns of ``probabilities`` (k, 20), to what
-    people call them; ``time_s`` (k,) is the end of each window; ``ranking`` names the classes to
+    ``names`` maps the ids, in the order of the columns of ``probabilities`` (k, n_classes), to
+    names for people; ``time_s`` (k,) is the end of each window; ``ranking`` names the classes to
     colour, best first.
     """
     colours = class_colours(ranking)
@@ -80,7 +80,7 @@ def probability_figure(
     likely = [mode for mode in names if shares[:, columns[mode]].max(initial=0.0) >= NEGLIGIBLE]
     order = [*(mode for mode in likely if mode not in colours), *reversed(colours)]
     lines = {mode: shares[:, columns[mode]] for mode in order}
-    drawn = {mode: kept_rows(time_s, line, POINTS_PER_LINE) for mode, line in lines.items()}
+    drawn = {mode: kept_rows(time_s, line, CLASS_POINTS) for mode, line in lines.items()}
     traces = [
         {
             "type": "scatter",

@@ -1,4 +1,4 @@
-"""The residual heat strip: all 23 channels against time, in standard deviations of the noise."""
+"""The residual heat strip: all channels against time, in standard deviations of the noise."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from app.figures.axes import (
 )
 from core.channels import CHANNELS
 
-COLUMNS = 150
+TIME_BINS = 150
 """Time bins of the strip: 2 s each in a 300 s flight."""
 
 SATURATION_SIGMA = 8.0
@@ -26,13 +26,13 @@ NOISE_SIGMA: NDArray[np.float64] = np.array([channel.sigma for channel in CHANNE
 
 
 def binned_sigma(time_s: Array, residual: Array, duration_s: float) -> Array32:
-    """Residuals in sigma, (23, `COLUMNS`): of each bin the value farthest from zero.
+    """Residuals in sigma, (n_channels, `TIME_BINS`): of each bin the value farthest from zero.
 
-    ``residual`` is (n, 23) in channel units. Bins not flown yet are NaN, drawn as nothing.
+    ``residual`` is (n, n_channels) in channel units. Bins not flown yet are NaN, drawn as nothing.
     """
     sigma = np.asarray(residual) / NOISE_SIGMA
-    strip = np.full((COLUMNS, len(CHANNELS)), np.nan, dtype=np.float32)
-    bins = np.minimum((np.asarray(time_s) / duration_s * COLUMNS).astype(int), COLUMNS - 1)
+    strip = np.full((TIME_BINS, len(CHANNELS)), np.nan, dtype=np.float32)
+    bins = np.minimum((np.asarray(time_s) / duration_s * TIME_BINS).astype(int), TIME_BINS - 1)
     starts = np.flatnonzero(np.diff(bins, prepend=-1))
     if len(starts):
         highest = np.maximum.reduceat(sigma, starts)
@@ -46,7 +46,7 @@ def heat_strip(
 ) -> Figure:
     """Which channel left its mirror, when and which way; see `binned_sigma` for the inputs."""
     strip = binned_sigma(time_s, residual, duration_s)
-    edges = np.linspace(0.0, duration_s, COLUMNS + 1)
+    edges = np.linspace(0.0, duration_s, TIME_BINS + 1)
     labels = [channel.label for channel in CHANNELS]
     bars = {
         "type": "heatmap",

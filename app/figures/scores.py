@@ -1,4 +1,4 @@
-"""Scores as pictures: ours beside the paper's, and who is taken for whom."""
+"""Scores as charts: ours beside the paper's, and the confusion matrix."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from app import theme
 from app.figures.axes import Figure, bare_layout
 
-ROW_PX = 34
+BAR_PX = 34
 
 
 def beside_paper(
@@ -43,7 +43,7 @@ def beside_paper(
         hovermode="closest",
         showlegend=True,
         legend={"orientation": "h", "x": 0, "y": 1.0, "yanchor": "bottom", "font": {"size": 11}},
-        height=90 + ROW_PX * len(rows),
+        height=90 + BAR_PX * len(rows),
         xaxis={
             "title": {"text": title, "font": {"size": 11}},
             "type": "log" if log else "linear",
@@ -112,7 +112,7 @@ def confusion_figure(names: Sequence[str], counts: Sequence[Sequence[int]]) -> F
         "ygap": 1,
         "showscale": False,
         "customdata": [
-            [f"{names[i]} taken for {names[j]}: {int(table[i, j])} of {int(table[i].sum())}"
+            [f"{names[i]} diagnosed as {names[j]}: {int(table[i, j])} of {int(table[i].sum())}"
              for j in range(n)]
             for i in range(n)
         ],

@@ -1,6 +1,6 @@
-"""The 23 channels: what ``assets/tiles.js`` draws of both flights and their residual.
+"""The channels of both flights and their residuals, as ``assets/tiles.js`` draws them.
 
-The tiles are uPlot canvases, not Plotly figures: one update of all 23 costs Plotly 0.4 s of CPU,
+The tiles are uPlot canvases, not Plotly figures: one update of all costs Plotly 0.4 s of CPU,
 which would hold up a flight that itself takes a second.
 """
 
@@ -15,7 +15,7 @@ from app.figures.engine_view import gauge_spec
 from core.channels import CHANNELS, Channel, unit_label
 from core.units import OTHER_UNITS
 
-POINTS_PER_LINE = 400
+TILE_POINTS = 400
 """About two a pixel of a tile, so that every spike is kept where it is; 0.5 MB for all tiles."""
 
 
@@ -31,7 +31,7 @@ def tile_specs() -> list[dict[str, Any]]:
 def cleared(
     key: str, duration_s: float, onset_s: float | None, run_id: str | None = None
 ) -> dict[str, Any]:
-    """Empty tiles for a flight of that name and length; ``onset_s`` None marks no onset.
+    """Empty tiles for a flight with this key and length; ``onset_s`` None marks no onset.
 
     ``run_id`` is the run whose marks belong to it.
     """
@@ -39,9 +39,9 @@ def cleared(
 
 
 def decimated(time_s: Array, faulted: Array32, mirror: Array32) -> list[list[str]]:
-    """A flight and its mirror, (n,) and (n, 23): of each channel time, faulted and mirror.
+    """A flight and its mirror, (n,) and (n, n_channels): of each channel time, faulted and mirror.
 
-    At most 3 x `POINTS_PER_LINE` samples, those that any of the three lines needs.
+    At most 3 x `TILE_POINTS` samples, those that any of the three lines needs.
     """
     return [
         packed_lines(time_s, faulted[:, index], mirror[:, index]) for index in range(len(CHANNELS))
@@ -74,10 +74,7 @@ def packed_lines(time_s: Array, faulted: Array32, mirror: Array32) -> list[str]:
     """One channel, (n,) each, at the samples that any of its three lines needs."""
     rows: NDArray[np.intp] = np.unique(
         np.concatenate(
-            [
-                kept_rows(time_s, line, POINTS_PER_LINE)
-                for line in (faulted, mirror, faulted - mirror)
-            ]
+            [kept_rows(time_s, line, TILE_POINTS) for line in (faulted, mirror, faulted - mirror)]
         )
     )
     return [base64_floats(values[rows]) for values in (time_s, faulted, mirror)]

@@ -20,11 +20,11 @@ HEADS: dict[str, str] = {
 }  # fmt: skip
 
 STRONG_SIGMA = 30.0
-"""From so many standard deviations of the channel's own wander on, a shift shows in full colour."""
+"""A shift of this size shows in full colour."""
 
 
 def head(name: str) -> str:
-    """What stands over a column: short, because there are fourteen."""
+    """The head of a column: short, because there are many."""
     return HEADS.get(name, channel(name).label)
 
 
@@ -56,7 +56,7 @@ def signed(value: float) -> str:
 
 
 def strength(expected: ExpectedShift, name: str) -> int:
-    """How far a severe fault takes the channel: 1 to 3, by decades of its own wander."""
+    """How far a severe fault takes the channel: 1 to 3, by decades of its own noise."""
     logged = channel(name)
     sigma = abs(expected.severe) / logged.sigma
     if sigma >= STRONG_SIGMA:

@@ -1,4 +1,4 @@
-"""A flight as the page shows it while it is flown: thinned, with every spike that it had.
+"""The samples of a flight in progress as the page shows them: thinned, with every spike.
 
 The page holds every n-th of the 5 Hz samples, and beside them, of each of up to `GROUPS` stretches
 of the whole flight, the samples at which a line is at its least or its greatest at 50 Hz.
@@ -18,16 +18,16 @@ LIVE_POINTS = 1500
 """Samples a line is streamed with, whatever the length of the flight; all of 300 s at 5 Hz."""
 
 GROUPS = 200
-"""At most so many stretches, of which the extremes are shown: as many as of the whole flight."""
+"""Most stretches whose extremes are shown."""
 
 LEAST_GROUP_S = 3
-"""The shortest stretch; what happens in one of these is told when it is over, in others at once."""
+"""The shortest stretch. Its extremes are sent when it is over, those of longer ones at once."""
 
 STREAM_HZ = 5
 
 
 class Streamed:
-    """The samples of one flight so far, and what of them a page does not hold yet."""
+    """The samples of one flight so far, and those that a page does not hold yet."""
 
     def __init__(self, duration_s: float) -> None:
         """Start with no sample of a flight of that length."""
@@ -56,16 +56,16 @@ class Streamed:
 
     @property
     def faulted(self) -> Array:
-        """Their channels, (n, 23)."""
+        """Their channels, (n, n_channels)."""
         return self._channels[0, : self._n]
 
     @property
     def mirror(self) -> Array:
-        """Those of the mirror, (n, 23)."""
+        """Those of the mirror, (n, n_channels)."""
         return self._channels[1, : self._n]
 
     def since(self, start: int) -> dict[str, Any]:
-        """What a page lacks that holds ``start`` of the samples shown, for ``assets/flight.js``."""
+        """The samples after the first ``start`` that a page holds, for ``assets/flight.js``."""
         shown = slice(start * self.stride, self._n, self.stride)
         # What was sent along with the last of them covers every second that had ended by then.
         covered_s = ((start - 1) * self.stride + 1) // STREAM_HZ if start else 0
@@ -80,7 +80,10 @@ class Streamed:
         }
 
     def _grouped(self, first: int) -> Array32:
-        """The extremes of the groups from ``first`` on, (3, 23, groups, 6); the last may grow."""
+        """Extremes of the groups from ``first`` on, the last of which may grow.
+
+        (3, n_channels, groups, 6).
+        """
         per = self._seconds_a_group
         seconds = self._extremes[:, :, first * per : self._n_seconds]
         n = seconds.shape[2] // per

@@ -1,7 +1,7 @@
-"""Who may come in when other machines can reach the server: whoever has its token.
+"""Access by token where other machines can reach the server.
 
 On loopback there is no gate. Elsewhere `mirrortwin serve` prints a link that ends in the token, as
-Jupyter does; following it once leaves a cookie, and nothing is answered without one or the other.
+Jupyter does; following it once sets a cookie, and nothing is answered without one or the other.
 """
 
 import hmac
@@ -33,7 +33,7 @@ _ASK = (
 
 
 def token_for(host: str) -> str | None:
-    """The token that a server on ``host`` asks for; None on loopback.
+    """The token that a server on ``host`` requires; None on loopback.
 
     From ``MIRRORTWIN_TOKEN``, so that links outlive a restart, else a new one. Raises `InputError`
     for one that could be guessed.
@@ -47,7 +47,7 @@ def token_for(host: str) -> str | None:
 
 
 def names_of(host: str) -> list[str]:
-    """What a browser may call this server: names and addresses for its Host header."""
+    """The names and addresses of this server that a Host header may hold."""
     names = [*LOOPBACK_HOSTS, host]
     if host == _UNBOUND:
         own = socket.gethostname()
@@ -56,7 +56,7 @@ def names_of(host: str) -> list[str]:
 
 
 def link(host: str, port: int, token: str | None) -> str:
-    """The address to open, token and all."""
+    """The address to open, with its token."""
     reached = outward_address() if host == _UNBOUND else host
     address = f"http://{reached}:{port}"
     return address if token is None else f"{address}/?{urlencode({'token': token})}"
@@ -73,10 +73,10 @@ def outward_address() -> str:
 
 
 def sandbox_prefix(token: str | None) -> str:
-    """What precedes the addresses that sandboxed pages may read: Rerun's viewer, Plotly's figures.
+    """The prefix of addresses that sandboxed pages may read: Rerun's viewer, Plotly's figures.
 
     A sandbox has no cookies. So it gets a key of its own, in the path, where relative addresses
-    keep it; it opens the viewer, recordings and figures, and says nothing of the token.
+    keep it; it opens the viewer, recordings and figures, and does not reveal the token.
     """
     if token is None:
         return ""
@@ -84,10 +84,10 @@ def sandbox_prefix(token: str | None) -> str:
 
 
 class TokenGate:
-    """Answers only those who bring the token: in a cookie, or once in the address."""
+    """Middleware that answers only requests with the token: in a cookie, or once in the address."""
 
     def __init__(self, app: ASGIApp, token: str, port: int) -> None:
-        """Wrap ``app``. ``port`` tells the cookies of two servers of one machine apart."""
+        """Wrap ``app``. ``port`` keeps the cookies of two servers of one machine apart."""
         self._app = app
         self._token = token
         self._cookie = f"mirrortwin-{port}"
@@ -113,7 +113,7 @@ class TokenGate:
         return any(self._is_token(cookie_parser(each).get(self._cookie, "")) for each in cookies)
 
     def _sandboxed(self, scope: Scope) -> Scope | None:
-        """The request without its prefix, if that is right and what it asks for is open to it."""
+        """The request without its prefix, if that is valid and its path is open to a sandbox."""
         head, path = scope["path"][: len(self._prefix)], scope["path"][len(self._prefix) :]
         if scope["type"] != "http" or not hmac.compare_digest(head.encode(), self._prefix.encode()):
             return None

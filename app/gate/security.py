@@ -1,4 +1,4 @@
-"""What every response and every request must obey, as plain ASGI middleware.
+"""Security of every request and response, as plain ASGI middleware.
 
 Plain, because Starlette's ``BaseHTTPMiddleware`` would buffer the growing recordings.
 """
@@ -11,7 +11,7 @@ from starlette.responses import PlainTextResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 MAX_BODY_BYTES = 1 << 20
-"""No request of ours comes near a megabyte."""
+"""Far above the largest request of the app's own pages."""
 
 _SAFE_METHODS = ("GET", "HEAD", "OPTIONS")
 _DEFAULT_PORTS = {"http": 80, "https": 443}
@@ -76,7 +76,7 @@ class SecurityHeaders:
 
 
 class SameOrigin:
-    """Refuses what another site's page has a browser send that could change something: 403.
+    """Refuses changing requests that a browser sends for a page of another site: 403.
 
     Browsers let any page send to any server, and open sockets there; they do say truthfully whose
     page it is. A program that is no browser names no page and passes, but has no use for sockets.
@@ -103,9 +103,9 @@ class SameOrigin:
 
 
 def _is_foreign(scope: Scope, *, is_browser: bool) -> bool:
-    """Whether the request names a page that is not of this server.
+    """Whether the request names a page of another server.
 
-    ``is_browser``: only browsers ask for this, so that it must name one.
+    ``is_browser``: only browsers send such requests, so it must name a page.
     """
     headers = Headers(scope=scope)
     if headers.get("sec-fetch-site", "none") not in ("same-origin", "none"):
@@ -119,7 +119,7 @@ def _is_foreign(scope: Scope, *, is_browser: bool) -> bool:
 
 
 def _origin(address: str) -> tuple[str, str, int] | None:
-    """Scheme, host and port of a web address; None if it is none."""
+    """Scheme, host and port of a web address; None for anything else."""
     try:
         parts = urlsplit(address)
         port = parts.port or _DEFAULT_PORTS[parts.scheme]

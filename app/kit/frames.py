@@ -1,4 +1,4 @@
-"""A run's events in batches, at the pace of whoever takes them."""
+"""Batches of a run's events, at the pace of their consumer."""
 
 import asyncio
 from collections.abc import AsyncIterator, Iterable
@@ -53,7 +53,7 @@ def joined(batch: Iterable[Event]) -> Samples | None:
 
 
 async def _opening(subscription: Subscription, patience_s: float) -> list[Event]:
-    """What comes until the first samples, the end, or the end of patience."""
+    """The events up to the first samples, the end of the run, or the timeout."""
     batch: list[Event] = []
     try:
         async with asyncio.timeout(patience_s):

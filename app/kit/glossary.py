@@ -1,4 +1,4 @@
-"""The app's words and its tour, read from TOML and checked on load."""
+"""The glossary and the tour, read from TOML and checked on load."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from core.paths import DATA
 
 @dataclass(frozen=True, slots=True)
 class Term:
-    """A word, what it is short for, if anything, and what it means here."""
+    """A term, what it is short for, if anything, and its meaning here."""
 
     id: str
     group: str
@@ -24,7 +24,7 @@ class Term:
 
 @dataclass(frozen=True, slots=True)
 class Stop:
-    """A stop of the tour: what it is about, by CSS selector, and what is said there."""
+    """A stop of the tour: its target, a CSS selector, and its text."""
 
     target: str
     title: str

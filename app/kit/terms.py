@@ -1,4 +1,4 @@
-"""Words that explain themselves: pointed at, tapped or reached by Tab (``assets/terms.js``)."""
+"""Glossary terms with their meaning as a tooltip (``assets/terms.js``)."""
 
 from dash import html
 
@@ -7,7 +7,7 @@ from app.kit.glossary import glossary
 
 
 def term(term_id: str, text: str = "") -> html.Span:
-    """A word of the glossary that tells its meaning; ``text`` is what stands on the page.
+    """A term of the glossary with its meaning; ``text`` is what the page shows.
 
     Raises ``KeyError`` for a word that the glossary lacks.
     """

@@ -1,4 +1,4 @@
-"""How callbacks reach the page: properties that they set, functions that run in the browser."""
+"""Access of callbacks to the page: setting properties, running functions in the browser."""
 
 from typing import Any, NamedTuple
 
@@ -15,7 +15,7 @@ class Update(NamedTuple):
 
 
 def alert(kind: str, title: str, message: str) -> Update:
-    """What the user must know, at the head of the run. ``kind`` is error or warning."""
+    """An alert at the head of the run. ``kind`` is error or warning."""
     colour = {"error": "red", "warning": "yellow"}[kind]
     return Update(
         "alert", "children", dmc.Alert(message, title=title, color=colour, variant="light", mt=10)

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Sequence
 
-from app.pages.fly.setup import takes_cylinder
 from core.channels import channel, unit_label
 from core.clock import clock
 from core.diagnosis.diagnosis import Diagnosis
@@ -16,7 +15,7 @@ from core.twin.plan import Plan
 
 STAGES: dict[Stage, str] = {
     "waiting": "Waiting for a worker",
-    "no_worker": "Waiting: there is no worker. Unless one comes soon, the run fails",
+    "no_worker": "Waiting: no worker is connected. The run fails unless one connects soon",
     "flying": "Flying",
     "diagnosing": "Diagnosing",
     "reporting": "Writing the report",
@@ -39,13 +38,19 @@ _EVENT_NAMES = {
 
 
 def mode_name(mode: str) -> str:
-    """What people call a mode; its id where the catalogue has dropped it."""
+    """The name of a mode; its id where the catalogue has dropped it."""
     modes = catalogue()
     return modes[mode].name if mode in modes else mode
 
 
+def takes_cylinder(mode: str) -> bool:
+    """Whether a mode hits one cylinder, so that choosing it means something."""
+    modes = catalogue()
+    return mode in modes and mode != "nominal" and not modes[mode].whole_engine
+
+
 def flown_fault(record: RunRecord) -> Fault:
-    """The fault that a flight had: of a live one, what was injected on the way."""
+    """The fault of a flight; of a live one, the first one injected."""
     return record.first_fault or Fault("nominal")
 
 
@@ -68,7 +73,7 @@ def sentence(text: str) -> str:
 
 
 def short_titles(records: Sequence[RunRecord]) -> list[str]:
-    """Of each run the shortest title that tells it from the others."""
+    """The shortest distinct title of each run."""
     modes = [flown_fault(record).mode for record in records]
     titles = [run_title(record) for record in records]
     return [
@@ -109,15 +114,6 @@ def run_subtitle(record: RunRecord) -> str:
     return ", ".join(parts)
 
 
-def percent(share: float) -> str:
-    """A probability, as a share of 1.
-
-    >>> percent(0.8124), percent(0.0002)
-    ('81.2 %', '< 0.1 %')
-    """
-    return f"{100 * share:.1f} %" if share >= 0.0005 else "< 0.1 %"
-
-
 def ground_line(ground_s: float) -> str:
     """How a flight ends that meets the ground."""
     return (
@@ -141,35 +137,35 @@ def event_line(event: FlightEvent) -> str:
 
 
 def cautions(diagnosis: Diagnosis, plan: Plan) -> list[str]:
-    """What the reader must know before trusting a diagnosis, most serious first."""
+    """Cautions about a diagnosis, most serious first."""
     notes = []
     if diagnosis.none_of_these:
         notes.append(
-            "None of these: the flight resembles nothing that the classifier has learnt. Take the "
-            "ranking for its nearest guesses, no more."
+            "None of these: the flight resembles no class that the classifier was trained on. The "
+            "ranking lists the nearest classes only."
         )
     if diagnosis.conditions != plan.conditions:
         notes.append(
-            f"The classifier has learnt from {diagnosis.conditions} flights, and this is a "
-            f"{plan.conditions} flight: expect more errors than its scores say."
+            f"The classifier was trained on {diagnosis.conditions} flights, and this is a "
+            f"{plan.conditions} flight: expect more errors than its scores suggest."
         )
     if diagnosis.judged_until_s is not None:
         notes.append(
-            f"Repaired at {clock(diagnosis.judged_until_s)}: the verdict is that of the flight "
-            "before, and nothing later is evidence."
+            f"Repaired at {clock(diagnosis.judged_until_s)}: the verdict is for the flight "
+            "before the repair; nothing later is evidence."
         )
     return notes
 
 
 STEERED_S = 120.0
-"""How long after new targets both aircraft are taken to be on their way to them."""
+"""How long after new targets both aircraft are assumed to be in transition."""
 
 
 def live_caution(actions: Iterable[Action], now_s: float) -> str | None:
-    """Why the ranking of a live flight says little at ``now_s``, after what was done; else None.
+    """A caution about the ranking of a live flight at ``now_s`` after an action; else None.
 
-    After a repair the aircraft is on its way back to its mirror, until something is broken again;
-    after new targets both fly what no model has learnt.
+    After a repair the aircraft returns to its mirror, until another fault is injected; after new
+    targets both fly a transition that no model was trained on.
     """
     done = [action for action in actions if action.time_s <= now_s]
     last = max(
@@ -179,13 +175,13 @@ def live_caution(actions: Iterable[Action], now_s: float) -> str | None:
     )
     if isinstance(last, Repair):
         return (
-            f"Repaired at {clock(last.time_s)}: the aircraft has still to come back to its mirror. "
-            "This ranking is no diagnosis of the repaired engine."
+            f"Repaired at {clock(last.time_s)}: the aircraft is still returning to its mirror. "
+            "This ranking is not a diagnosis of the repaired engine."
         )
     steered = [each.time_s for each in done if isinstance(each, SetTarget)]
     if steered and now_s - max(steered) < STEERED_S:
         return (
-            f"New targets at {clock(max(steered))}: until both aircraft have taken them up, this "
-            "ranking counts little."
+            f"New targets at {clock(max(steered))}: until both aircraft have reached them, this "
+            "ranking is unreliable."
         )
     return None

@@ -1,16 +1,15 @@
-"""Where a camera stands that goes along: behind the faulted aircraft, or beside both."""
+"""Positions of a camera that follows: behind the faulted aircraft, or beside both."""
 
 from typing import Literal, get_args
 
 import numpy as np
 
-from app.scenes.geometry import Array, Camera, Poses, drawn_positions
+from app.scenes.geometry import FOV_RAD, Array, Camera, Poses, drawn_positions
 from core.units import distance_words
 
 View = Literal["whole", "chase", "side", "free"]
 VIEWS: tuple[View, ...] = get_args(View)
 
-_FOV = 0.6
 _CHASE_SPANS, _CHASE_RISE = 6.5, 0.28
 _SIDE_SPANS, _SIDE_GAPS, _SIDE_RISE = 7.0, 2.4, 0.06
 
@@ -41,7 +40,7 @@ _UP = np.array([0.0, 0.0, 1.0])
 
 def _camera(position: Array, look_at: Array) -> Camera:
     (x, y, z), (u, v, w) = position.tolist(), look_at.tolist()
-    return Camera((x, y, z), (u, v, w), _FOV)
+    return Camera((x, y, z), (u, v, w), FOV_RAD)
 
 
 def apart_m(faulted: Poses, mirror: Poses) -> float:

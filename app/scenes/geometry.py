@@ -1,8 +1,8 @@
 """From flight states to drawn geometry: the same for viser and for Rerun. Pure functions.
 
 The drawn world is east, north, up in kilometres, origin where the flight starts. Heights are
-drawn `VERTICAL_SCALE` times: over a 15 km flight a real difference of 200 ft would otherwise be
-two pixels. The scale is the same in every run, so that two runs can be compared by eye.
+drawn `VERTICAL_SCALE` times: over a 15 km flight a real difference of 200 ft would otherwise be two
+pixels. The scale is the same in every run, so that two runs can be compared by eye.
 """
 
 from dataclasses import dataclass
@@ -10,12 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from app.theme import VERTICAL_SCALE
 from core.twin.plan import Plan
 from core.twin.trajectory import STATE_INDEX, Trajectory
 
 Array = NDArray[np.float64]
 
-VERTICAL_SCALE = 5.0
 KM_PER_FT = 0.0003048
 _CRUISE_KMPS = 0.055
 _DASH_S, _RUNG_S = 2.5, 10.0
@@ -223,7 +223,7 @@ class Camera:
 ASPECT = 1.6
 """Width over height of a view that has not said its own."""
 
-_FOV = 0.6
+FOV_RAD = 0.6
 _FILL_ACROSS, _FILL_UP = 0.8, 0.88  # labels stick out sideways
 
 
@@ -233,7 +233,9 @@ def in_view(camera: Camera, points: Array, aspect: float = ASPECT) -> bool:
     return bool(np.all((np.abs(right) < aspect) & (np.abs(up) < 1.0) & (depth > 0.0)))
 
 
-def framed(points: Array, heading_deg: float, aspect: float = ASPECT, fov: float = _FOV) -> Camera:
+def framed(
+    points: Array, heading_deg: float, aspect: float = ASPECT, fov: float = FOV_RAD
+) -> Camera:
     """A camera from the right of the track that shows all ``points`` (n, 3) with a margin.
 
     From there the flight runs left to right, as time does on the plots, and heights read as

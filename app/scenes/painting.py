@@ -1,4 +1,4 @@
-"""What the faulted path is coloured by: a channel or its residual, on a scale with a legend.
+"""The colouring of the faulted path: by a channel or its residual, on a scale with a legend.
 
 Readings are drawn on Cividis (Nuñez et al. 2018), which looks alike to people with and without
 red-green blindness and rises evenly in lightness; its palest end, lost on a light sky, is left out.
@@ -75,7 +75,7 @@ def choices() -> list[dict[str, object]]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Readings:
-    """What both aircraft read. ``time_s``: (n,). ``faulted``, ``mirror``: (n, 23) float32."""
+    """Readings of both aircraft. ``time_s``: (n,). ``faulted``, ``mirror``: (n, n_channels)."""
 
     time_s: Array
     faulted: NDArray[np.float32]

@@ -151,7 +151,7 @@ class RunLog:
         self._static("/run", rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN))
 
     def channels(self, time_s: ArrayLike, faulted: Matrix, mirror: Matrix) -> None:
-        """Log channels (n, 23) of both flights."""
+        """Log channels (n, n_channels) of both flights."""
         time = rr.TimeColumn(TIMELINE, duration=np.asarray(time_s, dtype=np.float64))
         for plot in PLOTS:
             columns = list(plot.columns)
@@ -159,7 +159,7 @@ class RunLog:
             self._scalars(plot.path, time, np.hstack([mirror[:, columns], faulted[:, columns]]))
 
     def residuals(self, time_s: ArrayLike, faulted: Matrix, mirror: Matrix) -> None:
-        """Log faulted minus mirror of channels (n, 23), in percent of each gauge's span."""
+        """Log faulted minus mirror of channels (n, n_channels), in percent of each gauge's span."""
         time = rr.TimeColumn(TIMELINE, duration=np.asarray(time_s, dtype=np.float64))
         self._scalars("/residuals", time, (faulted - mirror) / _FULL_SCALE * 100.0)
 

@@ -35,13 +35,13 @@ _MEDIA_TYPE = "application/octet-stream"
 _HEADERS = {**ANY_ORIGIN, "Cache-Control": "no-cache"}
 _POLL_S = 0.15
 _FLUSH_AFTER_S = 1.0
-"""Samples wait for company, since a chunk costs the same whatever is in it; but not longer."""
+"""Samples wait so long for more of them, since a chunk costs the same whatever its size."""
 
 
 class Recording:
     """One live run's recording. Methods may be called from any thread.
 
-    Nothing is encoded before somebody reads it: most pages show the other 3D view. From then on
+    Nothing is encoded before a first reader: most pages show the other 3D view. From then on
     `extend` takes some 10 ms.
     """
 
@@ -74,7 +74,7 @@ class Recording:
                 self._flush(self._log)
 
     def finish(self, diagnosis: Diagnosis | None) -> None:
-        """Record what still waits and the verdict; whoever reads the stream comes to its end."""
+        """Record the waiting samples and the verdict, and end the stream of its readers."""
         with self._lock:
             self._diagnosis = diagnosis
             if self._log is not None:
@@ -105,7 +105,7 @@ class Recording:
         return -1.0 if self._mirror is None else float(self._mirror.time_s[-1])
 
     def _begin(self) -> None:
-        """Encode for the first reader what there is: what does not change, then what waits."""
+        """Encode for the first reader: the fixed parts, then the waiting samples."""
         with self._lock:
             if self._log is not None:
                 return
@@ -125,12 +125,12 @@ class Recording:
         log.close()
 
     def _flush(self, log: RunLog) -> None:
-        """Encode what waits, one chunk an entity."""
+        """Encode the waiting samples, one chunk per entity."""
         if not self._waiting:
             return
         batch, self._waiting = self._waiting, []
         time_s = np.concatenate([samples.time_s for samples in batch])
-        # A second attempt flies again, in blocks of other lengths, what the first has told.
+        # A second attempt flies the same samples again, in blocks of other lengths.
         before_s = np.concatenate([[self._recorded_until_s], time_s[:-1]])
         new = time_s > np.maximum.accumulate(before_s)
         time_s = time_s[new]
@@ -156,9 +156,9 @@ class Recording:
 
 
 def with_recording(store: RunStore, run_id: str) -> bool:
-    """Make the run's recording if it has none, as a run flown elsewhere than here may.
+    """Make the run's recording if it has none, as an imported run may.
 
-    One that is not as it was written is made again: it shows no more than the run's other files.
+    A damaged one is made again: it shows no more than the run's other files.
     Returns whether there is one now; raises `StoreError`.
     """
     if store.has_recording(run_id):
@@ -183,9 +183,9 @@ class Recordings:
         self._live: dict[str, Recording] = {}
 
     def open(self, run_id: str) -> Recording:
-        """Begin to record a run, afresh if it has been before; raises `StoreError`.
+        """Start the recording of a run, replacing an earlier one; raises `StoreError`.
 
-        What the last runs left that were never stored, failed or cancelled, is let go of here.
+        Recordings of earlier runs that failed or were cancelled are dropped here.
         """
         record = self._store.get(run_id)
         for name, recording in list(self._live.items()):
@@ -213,7 +213,7 @@ class Recordings:
             return StreamingResponse(live.stream(), media_type=_MEDIA_TYPE, headers=_HEADERS)
 
     def _stored(self, run_id: str) -> tuple[Path | None, str]:
-        """The run's file, made again if it was lost or damaged; else why there is none."""
+        """The run's file, made again if it was lost or damaged; else the reason."""
         try:
             if valid_run_id(run_id) and with_recording(self._store, run_id):
                 return self._store.recording_path(run_id), ""

@@ -1,4 +1,4 @@
-"""How the Rerun viewer lays a recording out: the flight in 3D, the channels, the residuals."""
+"""The layout of a recording in the Rerun viewer: the flight in 3D, channels, residuals."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -7,8 +7,9 @@ from itertools import groupby
 import rerun as rr
 import rerun.blueprint as rrb
 
-from app.scenes.geometry import VERTICAL_SCALE, Camera
-from core.channels import CHANNELS, CYLINDERS, Channel, Subsystem
+from app.scenes.geometry import Camera
+from app.theme import VERTICAL_SCALE
+from core.channels import CHANNELS, CYLINDERS, Channel, Subsystem, unit_label
 
 TIMELINE = "t"
 _TAB_ORDER: tuple[Subsystem, ...] = ("engine", "oil", "fuel", "electrical", "flight")
@@ -38,7 +39,7 @@ def _plots() -> tuple[Plot, ...]:
         label = first.label.rstrip(" 0123456789") if len(channels) > 2 else " and ".join(
             [first.label, *(channel.label.lower() for channel in channels[1:])]
         )  # fmt: skip
-        unit = first.unit.replace("deg", "\N{DEGREE SIGN}")
+        unit = unit_label(first.unit)
         path = "/channels/" + "_".join(channel.name.split()[-1] for channel in channels)
         plots.append(Plot(path, f"{label}, {unit}", first.subsystem, channels, columns))
     return tuple(plots)
@@ -84,9 +85,9 @@ def blueprint(camera: Camera, floor_km: float, duration_s: float) -> rrb.Bluepri
 
 
 def narrow_blueprint() -> rrb.Blueprint:
-    """The layout of any flight where there is no room beside the path: one below the other.
+    """The layout of any flight on a narrow screen: one view below the other.
 
-    It knows neither where the flight goes nor how long: the camera goes with the aircraft.
+    It depends on neither the path nor the length of the flight: the camera follows the aircraft.
     """
     ever = rr.TimeRangeBoundary.infinite()
     axis = rrb.TimeAxis(view_range=rr.TimeRange(start=ever, end=ever))
@@ -138,7 +139,7 @@ def _tabs(time_axis: rrb.TimeAxis) -> Iterable[rrb.View | rrb.Vertical]:
 
 
 def _view(plot: Plot, time_axis: rrb.TimeAxis) -> rrb.TimeSeriesView:
-    """A plot; with a legend only where colours tell cylinders or sides apart."""
+    """A plot; with a legend only where colours mark cylinders or sides."""
     legend = rrb.PlotLegend(rrb.Corner2D.LeftBottom, visible=len(plot.channels) > 1)
     return rrb.TimeSeriesView(
         origin=plot.path, name=plot.title, axis_x=time_axis, plot_legend=legend

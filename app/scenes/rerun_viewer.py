@@ -1,4 +1,4 @@
-"""Rerun's own web viewer, served as static files: no second port, nothing from elsewhere.
+"""Rerun's web viewer, served as static files: no second port, nothing from other servers.
 
 The files come from the ``rerun-notebook`` wheel of the SDK's version, installed without its
 dependencies (Jupyter's). It is located, never imported. The SDK carries a viewer too, but that

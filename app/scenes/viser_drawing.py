@@ -1,4 +1,4 @@
-"""What a viser scene shows, as nodes that are updated in place while the flight grows."""
+"""The drawing of a viser scene, as nodes that are updated in place while the flight grows."""
 
 from typing import Literal
 
@@ -162,7 +162,7 @@ class Drawing:
         )
 
     def part(self, faulted: Poses, mirror: Poses, origin_ft: float) -> None:
-        """Measure the way between both aircraft at one time: a line, and its true length."""
+        """Draw the distance between both aircraft at one time: a line, and its true length."""
         ends = [drawn_positions(pose, origin_ft)[0] for pose in (faulted, mirror)]
         self._segments("/apart", np.array([ends]), RESIDUAL, 4.0)
         words = apart_words(apart_m(faulted, mirror))
@@ -191,7 +191,7 @@ class Drawing:
             line.points, line.colors, line.thickness = segments, painted, width
 
     def _gap(self, faulted: Poses, mirror: Poses, origin_ft: float) -> None:
-        """What the fault did: the surface between both flights at equal times, with rungs."""
+        """The effect of the fault: the surface between both flights at equal times, with rungs."""
         self._surface("/gap", geometry.gap(faulted, mirror, origin_ft), FAULTED, 0.16)
         rungs = geometry.rungs(faulted, mirror, origin_ft)
         self._segments("/gap/rungs", rungs, FAULTED, 1.0)
@@ -217,7 +217,7 @@ class Drawing:
         self._label("ground", f"{floor_ft:,.0f} ft", start, "top-center")
 
     def _onset(self, point: Array) -> None:
-        """Mark where the fault begins: a post from the ground to the path."""
+        """Mark the onset of the fault: a post from the ground to the path."""
         foot = np.array([point[0], point[1], self._floor_km])
         colour = palette(self._dark).onset
         self._segments("/onset/post", np.array([[foot, point]]), colour, 2.0)

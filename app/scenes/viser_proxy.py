@@ -20,14 +20,13 @@ from websockets.asyncio.client import ClientConnection, connect
 from websockets.typing import Subprotocol
 
 from app import theme
-from app.scenes.geometry import VERTICAL_SCALE
 from app.scenes.palette import DARK, LIGHT, Palette
 from app.scenes.viser_scene import KEY_HEADER, ViserScene
 from core.errors import InputError
 
 _SESSION = re.compile(r"[A-Za-z0-9_-]{16,64}")
 _IDLE_S = 3600.0
-"""A scene that nobody has looked at or drawn in for this long is given up."""
+"""A scene without a viewer or a drawing for this long is closed."""
 
 # The client's WebAssembly glue makes functions from strings, hence 'unsafe-eval'.
 _CSP = (
@@ -80,7 +79,7 @@ def _page() -> bytes:
     style = {"font": theme.FONT_FAMILY} | _colours("light", LIGHT) | _colours("dark", DARK)
     html = build.read_text(encoding="utf-8")
     html = html.replace("</head>", _INJECTED % style + "</head>", 1)
-    html = html.replace("</body>", _SCALE % VERTICAL_SCALE + "</body>", 1)
+    html = html.replace("</body>", _SCALE % theme.VERTICAL_SCALE + "</body>", 1)
     return gzip.compress(html.encode(), compresslevel=6, mtime=0)
 
 
@@ -92,7 +91,7 @@ class ViserScenes:
     """
 
     def __init__(self, idle_s: float = _IDLE_S) -> None:
-        """Start with no scene; each is given up after ``idle_s`` without a viewer or a drawing."""
+        """Start with no scene; each is closed after ``idle_s`` without a viewer or a drawing."""
         self._idle_s = idle_s
         self._lock = threading.Lock()
         self._scenes: dict[str, ViserScene] = {}

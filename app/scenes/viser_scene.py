@@ -32,9 +32,9 @@ _READ_STRIDE = 10
 class ViserScene:
     """Both aircraft, their paths and the gap between them. Methods may be called from any thread.
 
-    Nothing is drawn while nobody looks, only kept in mind: most pages have their scene folded away
-    or show the other one. Whoever comes sees the moment. `extend` takes about a millisecond of
-    drawing, `show` a few; `stop` may take a second.
+    Nothing is drawn while no page looks, only stored: most pages have their scene folded away or
+    show the other one. A page that opens the scene sees its current state.
+    `extend` takes about a millisecond of drawing, `show` a few; `stop` may take a second.
     """
 
     def __init__(self) -> None:
@@ -78,14 +78,14 @@ class ViserScene:
         return self._watchers
 
     def watch(self) -> None:
-        """Somebody comes to look, before a socket is opened: draw, and go on drawing."""
+        """Note a viewer, before its socket is opened: draw now, and from now on."""
         with self._lock:
             self._watchers += 1
             if not self._is_drawn:
                 self._redraw()
 
     def leave(self) -> None:
-        """Somebody who came has gone."""
+        """Note that a viewer has left."""
         with self._lock:
             self._watchers -= 1
 
@@ -123,7 +123,7 @@ class ViserScene:
             return legend_of(self._paint, self._readings)
 
     def look(self, view: View) -> None:
-        """Turn every page's camera to a view: the whole flight, along with it, or where it is."""
+        """Turn every page's camera to a view: the whole flight, following it, or free."""
         if view not in VIEWS:
             raise InputError("view", f"must be {', '.join(VIEWS)}, got {view!r:.20}")
         with self._lock:
@@ -167,7 +167,7 @@ class ViserScene:
                 self._draw_flights()
 
     def seek(self, time_s: float | None) -> None:
-        """Put both aircraft where they were at ``time_s``, or, if None, where they last were.
+        """Move both aircraft to where they were at ``time_s``; None: where they were last.
 
         Nothing to do in an empty scene.
         """
@@ -184,12 +184,12 @@ class ViserScene:
         self._server.stop()
 
     def _is_seen(self) -> bool:
-        """Whether to draw what has changed; if not, that is noted for whoever comes."""
+        """Whether to draw a change; if not, it is noted for the next viewer."""
         self._is_drawn = self._is_drawn and self._watchers > 0
         return self._is_drawn
 
     def _redraw(self) -> None:
-        """Draw everything anew."""
+        """Draw everything again."""
         self._is_drawn = self._watchers > 0
         if not self._is_drawn:
             return
@@ -301,7 +301,7 @@ class ViserScene:
         )
 
     def _refuse_strangers(self) -> None:
-        """Shut what viser leaves open: its public share tunnel, and its port to other programs.
+        """Close what viser leaves open: its public share tunnel, and its port to other programs.
 
         viser takes a socket from any web page and any local user. It offers no hook for that, so
         this reaches into its (pinned) internals: a connection without our key is closed before

@@ -45,7 +45,7 @@ def with_mistakes(card: Any, mistakes: Any) -> Any:
 
 
 def test_where_the_card_names_them_only_those_are_listed(card: Any) -> None:
-    run = next(run for run in cell_runs._test_runs(card) if run.fault.mode == "baffle_plug")
+    run = next(run for run in cell_runs.test_runs(card) if run.fault.mode == "baffle_plug")
     item = {"true": "baffle_plug", "predicted": "baffle_crack", "seed": run.plan.seed}
     text = told(with_mistakes(card, [item]), "baffle_plug", "baffle_crack", [])
     assert text.count('"Fly it"') == 1
@@ -53,7 +53,7 @@ def test_where_the_card_names_them_only_those_are_listed(card: Any) -> None:
 
 
 def test_a_flight_that_is_stored_is_opened_and_not_flown_again(card: Any) -> None:
-    run = next(run for run in cell_runs._test_runs(card) if run.fault.mode == "nominal")
+    run = next(run for run in cell_runs.test_runs(card) if run.fault.mode == "nominal")
     record = RunRecord(
         "20261123T061500-k3x9q2wz", "2026-11-23T06:15:00+00:00", "done", run.plan, run.fault,
         top="baffle_crack", top_probability=0.5,

@@ -12,7 +12,7 @@ import pytest
 from dash._utils import to_json
 
 from app.figures.comparison import (
-    MAX_RUNS,
+    MAX_COMPARED,
     PATH_STATES,
     channels_figure,
     framed,
@@ -21,11 +21,12 @@ from app.figures.comparison import (
     values_of,
 )
 from app.figures.paths_3d import RISES, described, paths_figure, separations
+from app.kit.addresses import compare_path
 from app.kit.words import short_titles
 from app.pages.compare import page as compare
 from app.pages.compare.callbacks import _all_flown
+from app.pages.registry import read_address
 from app.pages.runs.page import row_of
-from app.shell import read_address
 from core.diagnosis.predict import load_diagnoser
 from core.experiments.paper.fig7 import KEY_CHANNELS
 from core.experiments.registry import COMPARED
@@ -77,15 +78,15 @@ def test_each_run_says_whether_its_diagnosis_was_right(store: RunStore, ids: lis
 
 def test_addresses(store: RunStore, ids: list[str]) -> None:
     assert read_address("/compare", store).kind == "compare"
-    assert read_address(compare.compare_path(ids), store).run_ids == tuple(ids)
-    twice = read_address(compare.compare_path([*ids, ids[0]]), store)
+    assert read_address(compare_path(ids), store).run_ids == tuple(ids)
+    twice = read_address(compare_path([*ids, ids[0]]), store)
     assert twice.run_ids == tuple(ids)
     for name in COMPARED:
-        assert read_address(f"/compare/{name}", store).preset == name
+        assert read_address(f"/compare/{name}", store).item == name
     for bad in ("nonsense", f"{ids[0]},nonsense", "20261123T061500-k3x9q2wz"):
         assert read_address(f"/compare/{bad}", store).kind == "missing"
     too_many = ",".join(f"20261123T061500-k3x9q2w{letter}" for letter in "abcdefg")
-    assert f"At most {MAX_RUNS}" in read_address(f"/compare/{too_many}", store).problem
+    assert f"At most {MAX_COMPARED}" in read_address(f"/compare/{too_many}", store).problem
 
 
 def test_only_what_differs_is_listed(store: RunStore, ids: list[str]) -> None:
@@ -136,7 +137,7 @@ def test_a_run_that_has_not_landed_is_waited_for(store: RunStore, ids: list[str]
     waiting = next(record.id for record in store.records() if record.status == "queued")
     page = sent(compare.layout([ids[0], waiting], None, store))
     assert '"disabled":false' in page
-    assert "in the air or in the queue" in page
+    assert "flying or queued" in page
     assert '"disabled":true' in sent(compare.layout(ids, None, store))
 
 

@@ -15,11 +15,11 @@ import psutil
 import pytest
 import uvicorn
 
+from app import sessions as live
 from app.crowd.measure import Flights, crowd, one_after_another
 from app.crowd.page import CrowdPage
 from app.crowd.server import Served, served
-from app.pages.fly import session as live
-from app.server import create_app, give_up_unread
+from app.server import close_unread, create_app
 from core.fmea.fault import Fault
 from core.jobs.engine import Engine
 from core.store.store import RunStore
@@ -72,7 +72,7 @@ async def hasty(store: RunStore) -> AsyncIterator[str]:
     """A server with little patience, on a thread of its own; yields its address."""
     engine = Engine(store, n_workers=1)
     with socket.create_server(("127.0.0.1", 0)) as listener:
-        give_up_unread(listener)
+        close_unread(listener)
         # As over a slow network: what is not taken stays here, not in the system's buffers.
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, 16_384)
         app = create_app(engine, store)

@@ -12,7 +12,7 @@ from app.figures.residuals import NOISE_SIGMA
 from app.figures.signature import COLUMNS, expected_text, strength
 from app.pages.faults import mode_page as fault_page
 from app.pages.faults import page as faults
-from app.shell import read_address
+from app.pages.registry import read_address
 from core.channels import CHANNEL_INDEX
 from core.experiments.signs.growth import GROWTH_SEVERITIES, Growth, fly_growth
 from core.experiments.stored import Shelved, take
@@ -86,7 +86,7 @@ def test_a_growth_chart_is_a_valid_figure_with_a_line_a_severity(crack: Growth) 
 def test_a_search_without_hits_offers_a_way_on() -> None:
     assert faults.hit_list("  ", []) is None
     page = sent(faults.hit_list("<script>x</script>", search("qqqqqq")))
-    assert "Nothing is written about" in page
+    assert "No match for" in page
     assert faults.fault_path("rocker_cover_leak") in sent(
         faults.hit_list("oil", search("gasket weeps oil"))
     )
@@ -110,7 +110,7 @@ def test_addresses_of_modes(
 ) -> None:
     store = RunStore(tmp_path_factory.mktemp("store"))
     address = read_address(path, store)
-    assert (address.kind, address.mode) == (kind, mode)
+    assert (address.kind, address.item) == (kind, mode)
     assert bool(address.problem) == (kind == "missing")
     store.close()
 

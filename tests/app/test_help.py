@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 from dash._utils import to_json
 
+from app.kit import tour
 from app.kit.glossary import glossary, read_glossary, tour_stops
 from app.kit.terms import term
 from app.pages.help import page as help
-from app.pages.help import tour
 from core.errors import InputError
 
 

@@ -8,12 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+from app import sessions as live
 from app.figures.axes import base64_floats
+from app.kit.frames import frames
 from app.kit.wiring import Update
-from app.pages.fly import session as live
-from app.pages.fly.session import PageGoneError, Session, Sessions, frames, new_session_id
+from app.pages.fly.stream import RunStream
 from app.report_desk import ReportDesk
 from app.scenes.viser_proxy import ViserScenes
+from app.sessions import PageGoneError, Session, Sessions, new_session_id
 from core.channels import N_CHANNELS
 from core.errors import InputError, StoreError
 from core.fmea.fault import Fault
@@ -39,6 +41,10 @@ class Feeds:
 
     def subscribe(self, run_id: str) -> Subscription:
         return self.feeds.setdefault(run_id, Feed()).subscribe()
+
+
+def stream_of(engine: Feeds, store: RunStore) -> RunStream:
+    return RunStream(engine, store, ReportDesk(store))
 
 
 class Recorded:
@@ -122,7 +128,7 @@ def test_two_sessions_never_see_each_others_run(store: RunStore, scenes: ViserSc
         runs = [store.create(Plan(seed=n), Fault("engine_failure")).id for n in (1, 2)]
         pages = Recorded(), Recorded()
         desk = ReportDesk(store)
-        sessions = [Session(new_session_id(), engine, store, scenes, desk) for _ in runs]
+        sessions = [Session(new_session_id(), scenes, RunStream(engine, store, desk)) for _ in runs]
         tasks = [
             asyncio.create_task(session.attend(page))
             for session, page in zip(sessions, pages, strict=True)
@@ -152,7 +158,7 @@ def test_turning_to_another_run_drops_the_first(store: RunStore, scenes: ViserSc
         first, second = (
             store.create(Plan(), Fault(mode)).id for mode in ("engine_failure", "baffle_crack")
         )
-        session = Session(new_session_id(), engine, store, scenes, ReportDesk(store))
+        session = Session(new_session_id(), scenes, stream_of(engine, store))
         page = Recorded()
         task = asyncio.create_task(session.attend(page))
         for run_id in (first, second):
@@ -179,7 +185,7 @@ def test_a_page_that_has_gone_ends_its_session(
     monkeypatch.setattr(live, "HEARTBEAT_S", 0.05)
 
     async def scenario() -> None:
-        sessions = Sessions(Feeds(), store, scenes, ReportDesk(store))
+        sessions = Sessions(scenes, stream_of(Feeds(), store))
         session_id = new_session_id()
         session = sessions.get(session_id)
         session.scene()
@@ -201,7 +207,7 @@ def test_a_page_that_nobody_came_for_keeps_no_scene(
     monkeypatch.setattr(live, "LINGER_S", 0.1)
 
     async def scenario() -> None:
-        sessions = Sessions(Feeds(), store, scenes, ReportDesk(store))
+        sessions = Sessions(scenes, stream_of(Feeds(), store))
         closed, read = new_session_id(), new_session_id()
         for session_id in (closed, read):
             sessions.get(session_id).scene()
@@ -219,7 +225,7 @@ def test_a_page_that_nobody_came_for_keeps_no_scene(
 def test_a_page_that_slept_is_served_again(store: RunStore, scenes: ViserScenes) -> None:
     async def scenario() -> Recorded:
         engine = Feeds()
-        sessions = Sessions(engine, store, scenes, ReportDesk(store))
+        sessions = Sessions(scenes, stream_of(engine, store))
         session_id = new_session_id()
         run_id = store.create(Plan(), Fault()).id
         engine.subscribe(run_id)
@@ -242,7 +248,7 @@ def test_a_run_that_cannot_be_read_becomes_an_alert(store: RunStore, scenes: Vis
             raise StoreError("the disk is gone")
 
     async def scenario() -> Recorded:
-        session = Session(new_session_id(), Broken(), store, scenes, ReportDesk(store))
+        session = Session(new_session_id(), scenes, stream_of(Broken(), store))
         page = Recorded()
         task = asyncio.create_task(session.attend(page))
         session.show(store.create(Plan(), Fault()).id)
@@ -259,7 +265,7 @@ def test_only_session_names_of_our_form_are_known(
     session_id: Any, store: RunStore, scenes: ViserScenes
 ) -> None:
     with pytest.raises(InputError):
-        Sessions(Feeds(), store, scenes, ReportDesk(store)).get(session_id)
+        Sessions(scenes, stream_of(Feeds(), store)).get(session_id)
 
 
 def test_session_names_are_not_guessable() -> None:

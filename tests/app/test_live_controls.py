@@ -7,7 +7,7 @@ from dash._utils import to_json
 
 from app.kit.words import live_caution
 from app.pages.fly import live_controls
-from app.pages.fly.live_controls import action_lines, action_list, asked_for, button_id, paced
+from app.pages.fly.live_controls import action_lines, action_list, button_id, paced, read_action
 from core.errors import InputError
 from core.fmea.fault import Fault
 from core.twin.actions import Repair, SetFault, SetTarget
@@ -16,9 +16,9 @@ VALUES = {"fault": "baffle_crack", "severity": 0.4, "altitude_ft": 5500, "speed_
 
 
 def test_each_button_stands_for_an_action_now() -> None:
-    assert asked_for(button_id("inject"), VALUES) == SetFault(0.0, "baffle_crack", 0.4)
-    assert asked_for(button_id("repair"), VALUES) == Repair(0.0)
-    assert asked_for(button_id("target"), VALUES) == SetTarget(0.0, altitude_ft=5500.0)
+    assert read_action(button_id("inject"), VALUES) == SetFault(0.0, "baffle_crack", 0.4)
+    assert read_action(button_id("repair"), VALUES) == Repair(0.0)
+    assert read_action(button_id("target"), VALUES) == SetTarget(0.0, altitude_ft=5500.0)
 
 
 @pytest.mark.parametrize(
@@ -36,13 +36,13 @@ def test_what_cannot_be_done_names_a_field_of_the_bar(
     button: str, changes: dict[str, object], field: str
 ) -> None:
     with pytest.raises(InputError) as caught:
-        asked_for(button_id(button), VALUES | changes)
+        read_action(button_id(button), VALUES | changes)
     assert caught.value.field == field
     assert field in live_controls.FIELDS
 
 
 def test_the_form_offers_paces() -> None:
-    assert live_controls.read_pace(live_controls.AT_ONCE) is None
+    assert live_controls.read_pace(live_controls.NO_PACE) is None
     assert live_controls.read_pace("60") == 60.0
     for wrong in ("7", "nan", "fast"):
         with pytest.raises(InputError, match="pace"):
@@ -70,7 +70,7 @@ def test_what_was_done_is_told_in_the_order_of_time() -> None:
         "Baffle crack: severity 0.90",
         "Engine repaired",
         "Baffle crack injected, severity 0.20",
-        "Both pilots told: 5,200 ft, 95 kt",
+        "New targets: 5,200 ft, 95 kt",
     ]
     listed = to_json(action_list(action_lines(Fault(), actions)))
     assert listed.index("2:30") < listed.index("0:30")

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from app.figures.streamed import GROUPS, LIVE_POINTS
-from app.pages.fly.detail import part_of, streamed_part
+from app.pages.fly.files import part_of, streamed_part
 from app.pages.fly.view import RunView
 from core.channels import CHANNEL_INDEX, N_CHANNELS
 from core.clock import DT_S

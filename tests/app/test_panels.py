@@ -10,7 +10,7 @@ from plotly import graph_objects as go
 
 from app.figures.axes import kept_rows, moment, moments, onset_mark, packed, time_axis
 from app.figures.probabilities import leaders, probability_figure
-from app.figures.residuals import COLUMNS, NOISE_SIGMA, binned_sigma, heat_strip
+from app.figures.residuals import NOISE_SIGMA, TIME_BINS, binned_sigma, heat_strip
 from app.figures.sensors import decimated, tile_specs
 from app.pages.fly import page as fly
 from core.channels import CHANNEL_INDEX, CHANNELS, N_CHANNELS
@@ -104,7 +104,7 @@ class TestHeatStrip:
         residual[12] = 1.0 * NOISE_SIGMA
         residual[13] = -5.0 * NOISE_SIGMA
         strip = binned_sigma(time_s, residual, 300.0)
-        assert strip.shape == (N_CHANNELS, COLUMNS)
+        assert strip.shape == (N_CHANNELS, TIME_BINS)
         np.testing.assert_allclose(strip[:, 5], [2.0] * N_CHANNELS, rtol=1e-5)
         np.testing.assert_allclose(strip[:, 6], [-5.0] * N_CHANNELS, rtol=1e-5)
 

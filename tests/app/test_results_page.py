@@ -90,7 +90,7 @@ def test_field_scores_are_told_apart_from_the_papers(shelf: Path) -> None:
             shelf, f"table4-{conditions}", rows=[row], settings=settings, chosen_on_validation="1"
         )
     page = sent(results.layout("table4"))
-    assert page.count("the paper's values are lab's") == 1
+    assert page.count("The paper reports lab results only") == 1
     assert "validation flights chose 1 step ahead: macro-F1 0.500, paper 0.945" in page.replace(
         "Validation", "validation"
     )
@@ -143,7 +143,7 @@ def test_mistakes_between_look_alikes_say_what_tells_the_two_apart() -> None:
     windows = {**card["scores"]["test_windows"], "confusion": counts, "mistakes": []}
     made = {**card, "scores": {**card["scores"], "test_windows": windows}}
     text = sent(model_parts(made))
-    assert "4 windows are named wrongly, 3 of them (75 %) for a look-alike" in text
+    assert "4 windows are classified wrongly, 3 of them (75.0 %) as a look-alike" in text
     tell = tell_apart("baffle_plug", "baffle_crack")
     assert tell is not None
     assert text.count(tell) == 1
@@ -157,7 +157,7 @@ def test_a_model_without_mistakes_says_so() -> None:
     windows = {**card["scores"]["test_windows"], "confusion": counts, "mistakes": []}
     made = {**card, "scores": {**card["scores"], "test_windows": windows}}
     text = sent(model_parts(made))
-    assert "No window was taken for another class." in text
+    assert "No window was classified wrongly." in text
 
 
 def test_of_field_no_value_of_the_paper_is_claimed(shelf: Path) -> None:

@@ -75,7 +75,7 @@ def test_a_live_flight_is_recorded_with_what_was_injected(
 def test_a_run_is_taken_along_and_brought_back(
     client: httpx.Client, store: RunStore, run_id: str
 ) -> None:
-    answer = client.get(run_files.export_path([run_id]))
+    answer = client.get(f"{run_files.EXPORT_PATH}?id={run_id}")
     assert answer.status_code == 200
     assert f"mirrortwin-{run_id}.zip" in answer.headers["content-disposition"]
     names = zipfile.ZipFile(BytesIO(answer.content)).namelist()
@@ -85,7 +85,7 @@ def test_a_run_is_taken_along_and_brought_back(
     assert again.status_code == 422
     assert again.json()["problem"].endswith("which is in this store already.")
     discard(store, [run_id])
-    assert client.get(run_files.export_path([run_id])).status_code == 404
+    assert client.get(f"{run_files.EXPORT_PATH}?id={run_id}").status_code == 404
     back = client.post(run_files.IMPORT_PATH, content=answer.content, headers=ZIP)
     assert back.json()["imported"][0]["id"] == run_id
     assert store.get(run_id) == record
@@ -96,7 +96,7 @@ def test_both_flights_come_as_logs(
 ) -> None:
     logs = {}
     for side in run_files.SIDES:
-        answer = client.get(run_files.csv_path(run_id, side))
+        answer = client.get(f"/runs/{run_id}/{side}.csv")
         assert answer.headers["content-type"].startswith("text/csv")
         assert answer.headers["content-disposition"].startswith("attachment")
         path = tmp_path_factory.mktemp("log") / f"{side}.csv"
@@ -105,7 +105,7 @@ def test_both_flights_come_as_logs(
         assert f'system_id="{run_id}-{side}"' in answer.text
     assert len(logs["faulted"]) == 60
     assert logs["faulted"].channel("E1 RPM")[-1] < logs["mirror"].channel("E1 RPM")[-1] - 100.0
-    fast = client.get(run_files.csv_path(run_id, "mirror"), params={"rate": 10})
+    fast = client.get(f"/runs/{run_id}/mirror.csv", params={"rate": 10})
     assert len(fast.text.splitlines()) == 3 + 600
 
 

@@ -19,6 +19,7 @@ from app.server import create_app, serve
 from core.errors import InputError, WorkerError
 from core.fmea.fault import Fault
 from core.jobs.engine import Engine
+from core.paths import DATA, WEB
 from core.store.store import RunStore
 from core.twin.plan import Plan
 
@@ -86,6 +87,36 @@ def test_paths_that_do_not_exist(client: httpx.Client, path: str) -> None:
     assert answer.status_code == 404
     assert "Traceback" not in answer.text
     assert "alert(1)" not in answer.text
+
+
+def data_addresses(file: Path) -> Iterator[str]:
+    """Every address at which a file of data might be served by mistake."""
+    name = file.relative_to(DATA).as_posix()
+    for up in (
+        "",
+        "data/",
+        "../data/",
+        "../assets/data/",
+        "%2e%2e/data/",
+        "..%2fdata%2f",
+        "..//data/",
+    ):
+        yield f"/assets/{up}{name}"
+    yield f"/assets/{file.name}"
+    yield f"/assets/{file}"
+    yield f"/data/{name}"
+
+
+def test_the_data_of_the_program_are_not_served(client: httpx.Client) -> None:
+    files = [file for file in DATA.rglob("*") if file.is_file()]
+    assert len(files) > 10
+    assert client.get("/assets/style.css").content == (WEB / "style.css").read_bytes()
+    for file in files:
+        content = file.read_bytes()
+        for address in data_addresses(file):
+            answer = client.get(address)
+            assert answer.status_code == 404, address
+            assert answer.content != content, address
 
 
 @pytest.mark.parametrize("host", ["evil.example", "evil.example:8050", "127.0.0.1.evil.example"])

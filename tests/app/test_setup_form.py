@@ -4,6 +4,7 @@ from typing import Any
 
 import pytest
 
+from app.kit.words import takes_cylinder
 from app.pages.fly.setup import (
     DEFAULT_FAULT,
     DEFAULT_PLAN,
@@ -11,7 +12,6 @@ from app.pages.fly.setup import (
     form_values,
     read_form,
     setup_panel,
-    takes_cylinder,
 )
 from core.errors import InputError
 from core.fmea.catalogue import catalogue

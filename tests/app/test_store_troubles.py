@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from app.server import keep_emptying
-from app.shell import read_address
+from app.pages.registry import read_address
+from app.server import remove_deleted_runs
 from core.errors import StoreError
 from core.fmea.fault import Fault
 from core.store import labels as keeping
@@ -46,7 +46,7 @@ def test_what_was_thrown_away_goes_without_anybody_looking(
     monkeypatch.setattr("app.server.empty", look)
 
     async def wait() -> None:
-        task = asyncio.create_task(keep_emptying(store, 0.01))
+        task = asyncio.create_task(remove_deleted_runs(store, 0.01))
         while discarded(store):
             await asyncio.sleep(0.01)
         task.cancel()

@@ -137,7 +137,7 @@ def test_runs_are_found_marked_exported_deleted_and_had_back(
 
     page.get_by_role("button", name="Delete").click()
     expect(page.locator("#runs-notice")).to_have_text(
-        "1 run deleted. It can be had back for a day, or until a full disk needs its room."
+        "1 run deleted. You can undo this for 24 hours, or until the disk is full."
     )
     expect(rows).to_have_count(0)
     page.reload()

@@ -1,4 +1,4 @@
-"""The wiring of the page *Compare*: choosing runs, flying a preset, drawing."""
+"""The callbacks of the page *Compare*: choosing runs, flying a preset, drawing."""
 
 import asyncio
 from collections.abc import Sequence
@@ -7,8 +7,9 @@ from typing import Any
 from dash import Dash, Input, Output, State, dcc, html, no_update
 from dash.exceptions import PreventUpdate
 
+from app.figures.axes import GRAPH_CONFIG
 from app.figures.comparison import (
-    MAX_RUNS,
+    MAX_COMPARED,
     PATH_STATES,
     Flown,
     Kind,
@@ -17,24 +18,30 @@ from app.figures.comparison import (
     track_figure,
 )
 from app.figures.paths_3d import RISES, described, paths_figure
+from app.kit.addresses import COMPARE_PREFIX, compare_path
 from app.kit.attributes import attributes
 from app.kit.wiring import in_browser
 from app.kit.words import short_titles
 from app.pages.compare import page as compare
-from app.pages.fly.page import GRAPH_CONFIG
-from app.recorder import Recorder
+from app.services import Services
 from core.channels import CHANNEL_INDEX
 from core.errors import MirrorTwinError
-from core.jobs.engine import Engine
 from core.store.records import RunRecord, valid_run_id
 from core.store.store import RunStore
 
 KINDS: tuple[Kind, ...] = ("reading", "residual", "difference")
 
 
-def register(app: Dash, engine: Engine, store: RunStore, recorder: Recorder) -> None:
+def register(app: Dash, services: Services) -> None:
     """Attach the callbacks of the page to ``app``."""
+    _register_choice(app, services.store)
+    _register_flying(app, services)
+    _register_refill(app, services.store)
+    _register_drawing(app, services.store)
+    in_browser(app, "paths3d", "dress", Input(compare.FIGURES_ID, "children"))
 
+
+def _register_choice(app: Dash, store: RunStore) -> None:
     @app.callback(
         Output("url", "pathname", allow_duplicate=True),
         Input(compare.PICK_ID, "value"),
@@ -44,13 +51,17 @@ def register(app: Dash, engine: Engine, store: RunStore, recorder: Recorder) -> 
         prevent_initial_call=True,
     )
     async def choose(run_ids: list[str] | None, path: str, offered: list[dict[str, str]]) -> str:
-        """Go to the comparison that was chosen; the address then says what is shown."""
+        """Go to the address of the comparison that was chosen."""
         known = {item["value"] for item in offered}
-        chosen = [run_id for run_id in run_ids or [] if run_id in known][:MAX_RUNS]
+        chosen = [run_id for run_id in run_ids or [] if run_id in known][:MAX_COMPARED]
         shown = await asyncio.to_thread(_shown_at, path, store)
         if chosen == shown:
             raise PreventUpdate
-        return compare.compare_path(chosen)
+        return compare_path(chosen)
+
+
+def _register_flying(app: Dash, services: Services) -> None:
+    store = services.store
 
     @app.callback(
         Output("page", "children", allow_duplicate=True),
@@ -62,7 +73,7 @@ def register(app: Dash, engine: Engine, store: RunStore, recorder: Recorder) -> 
     )
     async def fly_missing(clicks: int | None, path: str) -> Any:
         """Fly what a preset lacks; the page then waits for it."""
-        name = path.removeprefix(compare.COMPARE_PREFIX)
+        name = path.removeprefix(COMPARE_PREFIX)
         if not clicks or name not in compare.presets():
             raise PreventUpdate
         preset = compare.presets()[name]
@@ -70,13 +81,15 @@ def register(app: Dash, engine: Engine, store: RunStore, recorder: Recorder) -> 
         try:
             for fault, record in zip(preset.faults, found, strict=True):
                 if record is None:
-                    run_id = await asyncio.to_thread(engine.submit, preset.plan, fault)
-                    recorder.record(run_id)
+                    run_id = await asyncio.to_thread(services.engine.submit, preset.plan, fault)
+                    services.recorder.record(run_id)
         except MirrorTwinError as error:
             return html.Div([html.H1("The runs could not be started"), html.P(str(error))],
                             className="panel message-page")  # fmt: skip
         return await asyncio.to_thread(compare.layout, (), name, store)
 
+
+def _register_refill(app: Dash, store: RunStore) -> None:
     @app.callback(
         Output("page", "children", allow_duplicate=True),
         Input(compare.CLOCK_ID, "n_intervals"),
@@ -86,11 +99,13 @@ def register(app: Dash, engine: Engine, store: RunStore, recorder: Recorder) -> 
         prevent_initial_call=True,
     )
     async def refill(ticks: int | None, path: str, shown: list[str]) -> Any:
-        """Lay the page out anew once another run has landed."""
-        if not ticks or not path.startswith(compare.COMPARE_PREFIX):
+        """Lay the page out again once another run is finished."""
+        if not ticks or not path.startswith(COMPARE_PREFIX):
             raise PreventUpdate
         return await asyncio.to_thread(_refilled, path, shown, store)
 
+
+def _register_drawing(app: Dash, store: RunStore) -> None:
     @app.callback(
         Output(compare.FIGURES_ID, "children"),
         Output("compare-channel-controls", "style"),
@@ -107,7 +122,7 @@ def register(app: Dash, engine: Engine, store: RunStore, recorder: Recorder) -> 
     ) -> tuple[Any, Any, Any]:
         """Draw the runs as asked."""
         channels = [name for name in names or [] if name in CHANNEL_INDEX]
-        ids = [run_id for run_id in run_ids if valid_run_id(run_id)][:MAX_RUNS]
+        ids = [run_id for run_id in run_ids if valid_run_id(run_id)][:MAX_COMPARED]
         times = next((times for times in RISES if str(times) == rise), RISES[0])
         figures: Any = None
         try:
@@ -120,12 +135,10 @@ def register(app: Dash, engine: Engine, store: RunStore, recorder: Recorder) -> 
         hidden = {"display": "none"}
         return figures, *((hidden, {}) if view == "paths" else ({}, hidden))
 
-    in_browser(app, "paths3d", "dress", Input(compare.FIGURES_ID, "children"))
-
 
 def _shown_at(path: str, store: RunStore) -> list[str]:
     """The runs that the address shows, in its order."""
-    name = path.removeprefix(compare.COMPARE_PREFIX)
+    name = path.removeprefix(COMPARE_PREFIX)
     if name in compare.presets():
         found = compare.preset_runs(compare.presets()[name], store)
         return [record.id for record in found if record is not None]
@@ -133,7 +146,7 @@ def _shown_at(path: str, store: RunStore) -> list[str]:
 
 
 def _refilled(path: str, shown: Sequence[str], store: RunStore) -> Any:
-    name = path.removeprefix(compare.COMPARE_PREFIX)
+    name = path.removeprefix(COMPARE_PREFIX)
     preset = name if name in compare.presets() else None
     records = [store.get(run_id) for run_id in _shown_at(path, store)]
     done = [record.id for record in records if record.status == "done"]
@@ -155,7 +168,7 @@ def _paths(ids: Sequence[str], store: RunStore, rise: float) -> list[Any]:
         _in_space(runs, rise),
         _titled("From the side", "compare-side", side_figure(runs, against_mirror=False)),
         _titled(
-            "Against the mirror, scaled to what most runs lose",
+            "Against the mirror, scaled to most runs",
             "compare-lost",
             side_figure(runs, against_mirror=True),
         ),
@@ -164,7 +177,7 @@ def _paths(ids: Sequence[str], store: RunStore, rise: float) -> list[Any]:
 
 
 def _all_flown(ids: Sequence[str], names: Sequence[str], store: RunStore) -> list[Flown]:
-    """The runs with these columns, each under the shortest name that tells it from the others."""
+    """The runs with these columns, each under its shortest distinct name."""
     records = [store.get(run_id) for run_id in ids]
     return [
         _flown(record, title, names, store)
@@ -190,7 +203,7 @@ def _flown(record: RunRecord, label: str, names: Sequence[str], store: RunStore)
 
 
 def _in_space(runs: Sequence[Flown], rise: float) -> html.Figure:
-    """The paths in 3D; what is to be seen there is said in words below them."""
+    """The paths in 3D, described in words below them."""
     figure = paths_figure(runs, rise)
     words = described(runs)
     # The wheel scrolls the page: `assets/paths3d.js` zooms by keys.

@@ -1,4 +1,4 @@
-"""The page *Compare*: up to six stored runs in one picture, and what they differ in."""
+"""The page *Compare*: several stored runs in one chart, and their differences."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -7,22 +7,27 @@ from typing import Any
 import dash_mantine_components as dmc
 from dash import dcc, html
 
-from app.figures.comparison import COLOURS, DASHES, MAX_RUNS
+from app.figures.comparison import COLOURS, DASHES, MAX_COMPARED
 from app.figures.outcome_line import outcome_mark
 from app.figures.paths_3d import RISES
+from app.kit.addresses import compare_path, run_path
 from app.kit.attributes import attributes
-from app.kit.words import STATUS_WORDS, flown_fault, mode_name, percent, run_title, short_titles
-from app.pages.fly.setup import takes_cylinder
-from app.shell import run_path
-from core.channels import CHANNELS, channel, unit_label
+from app.kit.words import (
+    STATUS_WORDS,
+    flown_fault,
+    mode_name,
+    run_title,
+    short_titles,
+    takes_cylinder,
+)
+from core.channels import CHANNELS, unit_label
 from core.clock import clock
 from core.fmea.fault import Fault
 from core.store.outcome import run_outcome
 from core.store.records import RunRecord
 from core.store.store import RunStore
 from core.twin.plan import PLAN_RANGES, Plan
-
-COMPARE_PREFIX = "/compare/"
+from core.units import percent
 
 RUNS_ID, PICK_ID, VIEW_ID, KIND_ID, CHANNELS_ID, FIGURES_ID, FLY_ID, CLOCK_ID, RISE_ID = (
     "compare-runs", "compare-pick", "compare-view", "compare-kind", "compare-channels",
@@ -30,16 +35,19 @@ RUNS_ID, PICK_ID, VIEW_ID, KIND_ID, CHANNELS_ID, FIGURES_ID, FLY_ID, CLOCK_ID, R
 )  # fmt: skip
 
 OFFERED = 200
-"""Of so many stored runs, the newest, one can choose."""
+"""Number of recent runs offered in the selector."""
 
-POLL_MS = 1500
+MAX_CHANNELS = 8
+"""Number of channels drawn at once."""
+
+LANDING_POLL_MS = 1500
 
 NOTHING = "–"
 
 
 @dataclass(frozen=True, slots=True)
 class Preset:
-    """A set of flights with one address: what they are and which view opens first."""
+    """A set of flights with an address of its own, and the view that opens first."""
 
     title: str
     about: str
@@ -51,21 +59,30 @@ class Preset:
 def presets() -> dict[str, Preset]:
     """The paper's two comparisons by the name in their address."""
     # Here, because it brings Plotly's own classes along: half a second that no other page needs.
+    from core.experiments.paper.fig7 import KEY_CHANNELS
     from core.experiments.paper.representative import (
         FIGURES_PLAN,
         NOMINAL,
         REPRESENTATIVE,
+        SEVERITY,
         fault_of,
     )
 
     faults = tuple(map(fault_of, (NOMINAL, *REPRESENTATIVE)))
-    same = "Five faults of severity 0.8 and the nominal flight, all on one plan and seed."
+    same = (
+        f"{len(REPRESENTATIVE)} faults of severity {SEVERITY:g} and the nominal flight, all on one "
+        "plan and seed."
+    )
     return {
         "fig6": Preset(
             "Fig. 6", f"{same} Where does each take the aircraft?", "paths", FIGURES_PLAN, faults
         ),
         "fig7": Preset(
-            "Fig. 7", f"{same} How do six key channels answer?", "channels", FIGURES_PLAN, faults
+            "Fig. 7",
+            f"{same} How do {len(KEY_CHANNELS)} key channels respond?",
+            "channels",
+            FIGURES_PLAN,
+            faults,
         ),
     }
 
@@ -83,11 +100,6 @@ def preset_runs(preset: Preset, store: RunStore) -> list[RunRecord | None]:
         next((record for record in records if record.fault == fault), None)
         for fault in preset.faults
     ]
-
-
-def compare_path(run_ids: Sequence[str]) -> str:
-    """The address of a comparison."""
-    return COMPARE_PREFIX + ",".join(run_ids) if run_ids else "/compare"
 
 
 def layout(run_ids: Sequence[str], preset_name: str | None, store: RunStore) -> html.Div:
@@ -108,7 +120,7 @@ def layout(run_ids: Sequence[str], preset_name: str | None, store: RunStore) -> 
             _waiting(waiting),
             *(_comparison(done, preset) if done else [_empty(store)] if not missing else []),
             dcc.Store(id=RUNS_ID, data=[record.id for record in done]),
-            dcc.Interval(id=CLOCK_ID, interval=POLL_MS, disabled=not waiting),
+            dcc.Interval(id=CLOCK_ID, interval=LANDING_POLL_MS, disabled=not waiting),
         ],
         className="compare-page",
     )
@@ -132,7 +144,7 @@ def _plan_value(name: str) -> Callable[[RunRecord], str]:
 
 
 def _of_fault(value: Callable[[Fault], str]) -> Callable[[RunRecord], str]:
-    """A setting of the fault, which a healthy flight has no use for."""
+    """A setting of the fault; a dash for a healthy flight."""
     return lambda record: NOTHING if record.first_fault is None else value(record.first_fault)
 
 
@@ -169,7 +181,7 @@ def _head(
     links = [
         html.Span(item.title, className="chip", **attributes(aria_current="page"))
         if name == preset_name
-        else dcc.Link(item.title, href=COMPARE_PREFIX + name, className="chip", id=f"preset-{name}")
+        else dcc.Link(item.title, href=compare_path([name]), className="chip", id=f"preset-{name}")
         for name, item in presets().items()
     ]
     return html.Section(
@@ -185,11 +197,11 @@ def _head(
             html.P(preset.about, className="note") if preset else None,
             dmc.MultiSelect(
                 id=PICK_ID,
-                label=f"Runs, up to {MAX_RUNS}",
-                placeholder="Add a run" if len(shown) < MAX_RUNS else "",
+                label=f"Runs, up to {MAX_COMPARED}",
+                placeholder="Add a run" if len(shown) < MAX_COMPARED else "",
                 data=[{"value": item.id, "label": _option(item)} for item in options.values()],
                 value=[record.id for record in shown],
-                maxValues=MAX_RUNS,
+                maxValues=MAX_COMPARED,
                 searchable=True,
                 hidePickedOptions=True,
                 nothingFoundMessage="No such run",
@@ -221,7 +233,7 @@ def _waiting(waiting: Sequence[RunRecord]) -> html.P | None:
     if not waiting:
         return None
     return html.P(
-        f"{len(waiting)} in the air or in the queue; the page fills as they land.",
+        f"{len(waiting)} flying or queued; each appears here when it is finished.",
         className="panel note",
         role="status",
     )
@@ -230,20 +242,24 @@ def _waiting(waiting: Sequence[RunRecord]) -> html.P | None:
 def _empty(store: RunStore) -> html.Section:
     any_done = any(record.status == "done" for record in store.records())
     first: list[Any] = (
-        ["Choose up to six runs above, or tick them in ", dcc.Link("Runs", href="/runs"), "."]
+        [
+            f"Choose up to {MAX_COMPARED} runs above, or tick them in ",
+            dcc.Link("Runs", href="/runs"),
+            ".",
+        ]
         if any_done
         else ["No finished run is stored yet: ", dcc.Link("fly one", href="/"), "."]
     )
     return html.Section(
         [
             html.P(
-                "Runs laid over one another: any channel, residual or flight path, and a table of "
-                "what differs between them."
+                "Runs in one chart: any channel, residual or flight path, and a table of their "
+                "differences."
             ),
             html.P(
-                [*first, " Or take one of the paper's comparisons: Fig. 6 shows where five faults "
-                 "take the aircraft, Fig. 7 what six channels read meanwhile. Runs that are "
-                 "missing are flown for you."]
+                [*first, " Or take one of the paper's comparisons: Fig. 6 shows where each fault "
+                 "takes the aircraft, Fig. 7 what the key channels read. Missing runs are flown "
+                 "for you."]
             ),
         ],
         className="panel empty",
@@ -253,7 +269,7 @@ def _empty(store: RunStore) -> html.Section:
 def _comparison(done: Sequence[RunRecord], preset: Preset | None) -> list[html.Section]:
     view = preset.view if preset else "channels"
     return [
-        html.Section([html.H2("What differs", className="panel-title"), _table(done)],
+        html.Section([html.H2("Differences", className="panel-title"), _table(done)],
                      className="panel"),
         html.Section(
             [
@@ -273,7 +289,8 @@ def _comparison(done: Sequence[RunRecord], preset: Preset | None) -> list[html.S
 
 
 def _controls(view: str, done: Sequence[RunRecord]) -> list[Any]:
-    key = ("E1 RPM", "E1 CHT1", "E1 EGT1", "E1 OilT", "E1 OilP", "AltMSL")
+    from core.experiments.paper.fig7 import KEY_CHANNELS  # as in `presets`
+
     return [
         dmc.SegmentedControl(
             id=VIEW_ID,
@@ -289,7 +306,7 @@ def _controls(view: str, done: Sequence[RunRecord]) -> list[Any]:
                     data=[
                         {"value": "reading", "label": "Readings"},
                         {"value": "residual", "label": "Residuals"},
-                        {"value": "difference", "label": "Less the first run"},
+                        {"value": "difference", "label": "Minus the first run"},
                     ],
                     value="reading" if len(done) > 1 else "residual",
                     size="xs",
@@ -301,13 +318,13 @@ def _controls(view: str, done: Sequence[RunRecord]) -> list[Any]:
                         {"value": item.name, "label": f"{item.label}, {unit_label(item.unit)}"}
                         for item in CHANNELS
                     ],
-                    value=[channel(name).name for name in key],
-                    maxValues=8,
+                    value=list(KEY_CHANNELS),
+                    maxValues=MAX_CHANNELS,
                     searchable=True,
                     hidePickedOptions=True,
                     size="xs",
                     className="compare-channels",
-                    **attributes(aria_label="Channels, up to eight"),
+                    **attributes(aria_label=f"Channels, up to {MAX_CHANNELS}"),
                 ),
             ],
             id="compare-channel-controls",
@@ -319,7 +336,7 @@ def _controls(view: str, done: Sequence[RunRecord]) -> list[Any]:
                 data=[{"value": str(rise), "label": _rise_words(rise)} for rise in RISES],
                 value=str(RISES[0]),
                 size="xs",
-                **attributes(aria_label="How heights are drawn in space"),
+                **attributes(aria_label="Vertical scale"),
             ),
             id="compare-path-controls",
             className="compare-controls",
@@ -360,7 +377,7 @@ def _table(done: Sequence[RunRecord]) -> html.Div:
         className="scroll-x",
         tabIndex=0,
         role="region",
-        **attributes(aria_label="What differs between the runs"),
+        **attributes(aria_label="Differences between the runs"),
     )
 
 

@@ -1,4 +1,4 @@
-"""The wiring of the pages that read what is known: search, signatures flown on demand."""
+"""The callbacks of the pages *Faults*: search, and signatures flown on demand."""
 
 import asyncio
 from functools import lru_cache
@@ -7,36 +7,22 @@ from typing import Any
 
 from dash import Dash, Input, Output, dcc, html
 
-from app.figures.growth import DASHES, growth_figure
+from app.figures.axes import GRAPH_CONFIG
+from app.figures.growth import SEVERITY_DASHES, growth_figure
 from app.figures.residuals import NOISE_SIGMA, heat_strip
 from app.kit.attributes import attributes
-from app.pages.compare import page as compare
 from app.pages.faults import mode_page as fault_page
 from app.pages.faults import page as faults
-from app.pages.fly.page import GRAPH_CONFIG
-from app.pages.results import page as results
-from app.shell import Address
-from core.channels import CHANNELS, unit_label
+from core.channels import CHANNELS, N_CHANNELS, unit_label
 from core.errors import MirrorTwinError
 from core.experiments.signs.growth import GROWTH_ONSET_S, GROWTH_PLAN, GROWTH_SEVERITIES, fly_growth
 from core.knowledge.knowledge import knowledge
 from core.knowledge.search import search
-from core.store.store import RunStore
 
 SHOWN_CHANNELS = 6
 
 _one_at_a_time = Lock()
 """A signature takes a second of one core: visitors of several pages wait for one another."""
-
-
-def layout(address: Address, store: RunStore, sandbox_prefix: str = "") -> html.Div:
-    """The page at an address of one of these kinds.
-
-    ``sandbox_prefix`` is that of the addresses open to a sandbox.
-    """
-    if address.kind == "compare":
-        return compare.layout(address.run_ids, address.preset, store)
-    return results.layout(address.result, sandbox_prefix)
 
 
 def register(app: Dash) -> None:
@@ -50,7 +36,7 @@ def register(app: Dash) -> None:
         prevent_initial_call=True,
     )
     async def find(query: str | None) -> tuple[Any, Any]:
-        """Show the passages that answer a search, and the modes they speak of."""
+        """Show the passages that answer a search, and their modes."""
         text = (query or "")[:200]
         hits = await asyncio.to_thread(search, text)
         modes = [hit.mode for hit in hits] if hits else list(knowledge())
@@ -84,7 +70,8 @@ def _flown_signature(mode: str) -> list[Any]:
     if not moved:
         return [
             html.P(
-                "Nothing moves: with the same seed both aircraft read the same to the last digit.",
+                "No channel moves: with the same seed both aircraft read the same to the last "
+                "digit.",
                 className="note",
             )
         ]
@@ -114,7 +101,7 @@ def _flown_signature(mode: str) -> list[Any]:
             className="growth",
         ),
         html.H3(
-            "All 23 channels at severity 1, in standard deviations of sensor noise",
+            f"All {N_CHANNELS} channels at severity 1, in standard deviations of sensor noise",
             className="chart-title",
         ),
         _graph("signature-strip", strip, "strip-chart"),
@@ -125,7 +112,7 @@ def _legend() -> html.Span:
     return html.Span(
         [
             html.Span([html.I(className=f"key residual key-{dash}"), f"{severity:g}"])
-            for severity, dash in zip(GROWTH_SEVERITIES, DASHES, strict=True)
+            for severity, dash in zip(GROWTH_SEVERITIES, SEVERITY_DASHES, strict=True)
         ],
         className="growth-legend",
     )

@@ -1,4 +1,4 @@
-"""One page a failure mode: how it comes about, how it shows, what resembles it, what to do."""
+"""The page of a failure mode: mechanism, signature, look-alikes and actions."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -8,15 +8,16 @@ from dash import dcc, html
 
 from app.figures.chain import chain_diagram
 from app.figures.signature import expected_text, signed
+from app.kit.addresses import fault_path, fly_path
 from app.kit.attributes import attributes
 from app.kit.terms import term
 from app.kit.words import mode_name
-from app.pages.faults.page import fault_path, fly_path
 from core.channels import CYLINDERS, channel
 from core.experiments.signs.growth import GROWTH_SEVERITIES
 from core.experiments.stored import Shelved
 from core.fmea.catalogue import Mode, catalogue
 from core.knowledge.knowledge import SIGNS, ExpectedShift, ModeKnowledge, knowledge
+from core.units import percent
 
 SIGNATURE_ID = "signature"
 SIGNS_COMMAND = "mirrortwin experiment signs"
@@ -138,7 +139,7 @@ def _section(title: str, *content: Any) -> html.Section:
 
 
 def _gauges(mode: Mode, written: ModeKnowledge, signs: Shelved) -> list[Any]:
-    """Expected shift of each gauge beside what the twin does, those that move first."""
+    """Expected shift of each gauge beside the shift in the twin; moving gauges first."""
     signature = written.signature(mode.cylinder)
     found = _found(mode.id, signs)
     order = sorted(signature, key=lambda name: SIGNS.index(signature[name].sign) // 2 % 2)
@@ -148,13 +149,13 @@ def _gauges(mode: Mode, written: ModeKnowledge, signs: Shelved) -> list[Any]:
     if moving:
         content.append(_gauge_table(moving, signature, found))
     if still:
-        content.append(html.P(f"Hold: {', '.join(still)}.", className="note gauges-still"))
+        content.append(html.P(f"Steady: {', '.join(still)}.", className="note gauges-still"))
     if found:
         content.append(html.P(_how_found(mode, signs), className="note"))
     elif moving:
         content.append(
             html.P(
-                ["What the twin does appears here after ", html.Code(SIGNS_COMMAND), "."],
+                ["The twin's shifts appear here after ", html.Code(SIGNS_COMMAND), "."],
                 className="note",
             )
         )
@@ -235,7 +236,7 @@ def _file(mode: Mode, written: ModeKnowledge) -> html.Dl:
     entries: list[tuple[str, Any]] = [("ATA chapter", written.ata), ("Records", written.records)]
     if not mode.whole_engine:
         shares = ", ".join(
-            f"{cylinder}: {100 * share:.0f} %"
+            f"{cylinder}: {percent(share)}"
             for cylinder, share in zip(CYLINDERS, written.cylinder_share, strict=True)
         )
         entries.append(("By cylinder", shares))
@@ -249,6 +250,6 @@ def _carriers(mode: Mode) -> list[Any]:
 
 
 def flown_words() -> str:
-    """What the signature's charts show."""
+    """The caption of the signature's charts."""
     severities = ", ".join(f"{severity:g}" for severity in GROWTH_SEVERITIES)
     return f"Faulted minus mirror at severity {severities}; onset at 1:00."

@@ -8,15 +8,13 @@ import dash_mantine_components as dmc
 from dash import dcc, html
 
 from app.figures.signature import COLUMNS, cells, head
+from app.kit.addresses import fault_path, fly_path
 from app.kit.attributes import attributes
 from app.kit.terms import term
 from app.kit.words import mode_name
 from core.fmea.catalogue import Mode, catalogue
 from core.knowledge.knowledge import knowledge
 from core.knowledge.search import Hit
-
-FAULT_PREFIX = "/faults/"
-FLY_PREFIX = "/fly/"
 
 QUERY_ID, LIST_ID, HITS_ID = "fault-query", "fault-list", "fault-hits"
 
@@ -31,18 +29,8 @@ FIELD_WORDS = {
 }
 
 
-def fault_path(mode: str) -> str:
-    """The address of a mode's page."""
-    return FAULT_PREFIX + mode
-
-
-def fly_path(mode: str) -> str:
-    """The address that opens Fly with a mode filled in."""
-    return FLY_PREFIX + mode
-
-
 def catalogue_layout() -> html.Div:
-    """All modes as one matrix of signatures, with a search over everything written of them."""
+    """All modes as one matrix of signatures, with a search over all knowledge about them."""
     return html.Div(
         [
             html.Div(
@@ -51,8 +39,9 @@ def catalogue_layout() -> html.Div:
                         [
                             html.H1("Faults"),
                             html.P(
-                                "The failure modes of the FMEA catalogue and which way each moves "
-                                "the gauges, in steady cruise, on its usual cylinder.",
+                                "The failure modes of the FMEA catalogue and the direction in "
+                                "which each moves the gauges, in steady cruise, on its usual "
+                                "cylinder.",
                                 className="note",
                             ),
                         ]
@@ -108,7 +97,7 @@ def hit_list(query: str, hits: Sequence[Hit]) -> html.Div | None:
     if not hits:
         return html.Div(
             [
-                html.P([f"Nothing is written about “{query.strip()[:80]}”."]),
+                html.P([f"No match for “{query.strip()[:80]}”."]),
                 html.P(
                     "Try what a pilot would notice: hot cylinder, rough idle, oil on the belly.",
                     className="note",
@@ -174,8 +163,8 @@ def _key() -> html.P:
             html.Span("↓", className="sig sig-3", **attributes(data_sign="-")), " falls   ",
             html.Span("~", className="sig sig-2", **attributes(data_sign="~")),
             " may move or oscillates   empty: holds. "
-            "The fuller the tint, the farther a severe fault takes the gauge, counted in its own "
-            "everyday wander.",
+            "The darker the tint, the larger the shift at full severity, relative to the gauge's "
+            "normal variation.",
         ],
         className="note matrix-key",
     )  # fmt: skip

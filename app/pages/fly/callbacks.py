@@ -1,4 +1,4 @@
-"""The page *Fly*: its form, its runs, what is made of them, and its 3D views."""
+"""The callbacks of the page *Fly*: its form, its runs, their diagnosis, its 3D views."""
 
 import asyncio
 from collections.abc import Callable
@@ -8,8 +8,18 @@ from typing import TYPE_CHECKING, Any
 from dash import Dash, Input, Output, State, no_update, set_props
 from dash.exceptions import PreventUpdate
 
+from app.kit.addresses import run_path
 from app.kit.wiring import in_browser, show_error
-from app.pages.fly import live_controls
+from app.kit.words import takes_cylinder
+from app.pages.fly import (
+    cursor_tools,
+    live_callbacks,
+    live_controls,
+    playback,
+    present,
+    scene_bar,
+    stream_callbacks,
+)
 from app.pages.fly import page as fly
 from app.pages.fly.setup import (
     FIELDS,
@@ -18,11 +28,9 @@ from app.pages.fly.setup import (
     fault_note,
     field_id,
     read_form,
-    takes_cylinder,
 )
 from app.pages.fly.view import RunView
 from app.services import Services
-from app.shell import run_path
 from core.errors import InputError, MirrorTwinError
 
 if TYPE_CHECKING:  # it loads torch
@@ -30,14 +38,23 @@ if TYPE_CHECKING:  # it loads torch
 
 
 def register(app: Dash, services: Services) -> None:
-    """Attach the callbacks of the page *Fly*, those of flight in progress and report aside."""
-    _register_runs(app, services)
+    """Attach all callbacks of the page *Fly*, those of the panel *Report* aside."""
+    for attach in (_register_run, _register_again, _register_retry, _register_cancel):
+        attach(app, services)
     _register_diagnosis(app, services)
     _register_form(app)
     _register_scene(app, services)
+    stream_callbacks.register(app, services)
+    live_callbacks.register(app, services.engine)
+    scene_bar.register(app, services.sessions)
+    playback.register(
+        app, lambda session_id, time_s: services.sessions.get(session_id).seek(time_s)
+    )
+    cursor_tools.register(app)
+    present.register(app)
 
 
-def _register_runs(app: Dash, services: Services) -> None:
+def _register_run(app: Dash, services: Services) -> None:
     fields = {name: State(field_id(name), "value") for name in FIELDS}
 
     @app.callback(
@@ -64,16 +81,16 @@ def _register_runs(app: Dash, services: Services) -> None:
         pace: str | None,
         shown: dict[str, str | None],
     ) -> dict[str, Any]:
-        """Fly what the form says; ``shown`` are the errors that it shows so far."""
+        """Fly the plan and fault of the form; ``shown`` are the errors that it shows so far."""
         _require(clicks)
-        # Only what changes: the browser would draw every field anew before the first sample.
+        # Only what changes: the browser would draw every field again before the first sample.
         errors: dict[str, Any] = {name: None if shown[name] else no_update for name in FIELDS}
         try:
             plan, fault = read_form(values)
             submit = partial(
                 services.engine.submit, plan, fault, pace=live_controls.read_pace(pace)
             )
-            path = await _submitted(services, session_id, submit, form_is_current=True)
+            path = await _submit(services, session_id, submit, form_is_current=True)
             set_props("url", {"pathname": path})
         except MirrorTwinError as error:
             if isinstance(error, InputError) and error.field in errors:
@@ -84,6 +101,8 @@ def _register_runs(app: Dash, services: Services) -> None:
         unfold = any(isinstance(errors[name], str) for name in WEATHER_FIELDS) or no_update
         return {"errors": errors, "weather": unfold}
 
+
+def _register_again(app: Dash, services: Services) -> None:
     @app.callback(
         Output("url", "pathname", allow_duplicate=True),
         Input("again", "n_clicks"),
@@ -98,11 +117,13 @@ def _register_runs(app: Dash, services: Services) -> None:
         try:
             record = await asyncio.to_thread(services.store.get, run_id)
             submit = partial(services.engine.submit, record.plan, record.fault, record.actions)
-            return await _submitted(services, session_id, submit)
+            return await _submit(services, session_id, submit)
         except MirrorTwinError as error:
             show_error("The run could not be started", str(error))
             return no_update
 
+
+def _register_retry(app: Dash, services: Services) -> None:
     @app.callback(
         Input("retry", "n_clicks"),
         State("run-id", "data"),
@@ -113,10 +134,12 @@ def _register_runs(app: Dash, services: Services) -> None:
     async def retry(clicks: int | None, run_id: str, session_id: str) -> None:
         """Fly a failed run again under its own name."""
         _require(clicks)
-        if await _done(services.engine.retry, run_id):
+        if await _attempt(services.engine.retry, run_id):
             services.recorder.record(run_id)
             services.sessions.get(session_id).show(run_id, again=True)
 
+
+def _register_cancel(app: Dash, services: Services) -> None:
     @app.callback(
         Input("cancel", "n_clicks"),
         State("run-id", "data"),
@@ -126,7 +149,7 @@ def _register_runs(app: Dash, services: Services) -> None:
     async def cancel(clicks: int | None, run_id: str) -> None:
         """Stop the run that is shown."""
         _require(clicks)
-        await _done(services.engine.cancel, run_id)
+        await _attempt(services.engine.cancel, run_id)
 
 
 def _register_diagnosis(app: Dash, services: Services) -> None:
@@ -138,7 +161,7 @@ def _register_diagnosis(app: Dash, services: Services) -> None:
         prevent_initial_call=True,
     )
     async def judge(residual: "Residual", run_id: str | None) -> None:
-        """Show what the other kind of residual makes of the flight that is shown."""
+        """Diagnose the flight that is shown with the other kind of residual."""
         if run_id is None:
             return
         try:
@@ -150,7 +173,7 @@ def _register_diagnosis(app: Dash, services: Services) -> None:
             else:
                 diagnosis = await asyncio.to_thread(services.engine.diagnose, run_id, residual)
         except MirrorTwinError as error:
-            show_error("The flight could not be diagnosed so", str(error))
+            show_error("This residual is not available for this run", str(error))
             return
         for update in RunView(record).diagnosed(diagnosis):
             set_props(update.component_id, {update.prop: update.value})
@@ -166,7 +189,7 @@ def _register_form(app: Dash) -> None:
         websocket=True,
     )
     async def explain_fault(mode: str) -> tuple[str, bool, bool, bool]:
-        """Say what the chosen mode does, and rest the controls that it has no use for."""
+        """Describe the chosen mode, and disable the controls that it does not use."""
         healthy = mode == "nominal"
         return fault_note(mode), not takes_cylinder(mode), healthy, healthy
 
@@ -192,7 +215,7 @@ def _register_scene(app: Dash, services: Services) -> None:
     async def mount_scene(
         tab: str, run_id: str | None, scheme: str | None, session_id: str, mounted: Any
     ) -> Any:
-        """Mount the 3D view that is asked for, and only that one."""
+        """Mount the chosen 3D view, and only that one."""
         if scheme is None:
             return no_update
         session = services.sessions.get(session_id)
@@ -208,12 +231,12 @@ def _register_scene(app: Dash, services: Services) -> None:
 
 
 def _require(clicks: int | None) -> None:
-    """End a callback that was called only because its button has come onto the page."""
+    """End a callback that was called only because its button was mounted."""
     if not clicks:
         raise PreventUpdate
 
 
-async def _submitted(
+async def _submit(
     services: Services,
     session_id: str,
     submit: Callable[[], str],
@@ -227,11 +250,11 @@ async def _submitted(
     return run_path(run_id)
 
 
-async def _done(act: Callable[[str], None], run_id: str) -> bool:
-    """Whether the engine did as asked; if not, the page says why."""
+async def _attempt(act: Callable[[str], None], run_id: str) -> bool:
+    """Carry out a command of the engine; if it fails, show why and return False."""
     try:
         await asyncio.to_thread(act, run_id)
     except MirrorTwinError as error:
-        show_error("That did not work", str(error))
+        show_error("The action failed", str(error))
         return False
     return True

@@ -1,4 +1,4 @@
-"""Under the playback bar: the marked moments, the cursors A and B, the zoom, and the units.
+"""The tools under the playback bar: marked moments, cursors A and B, zoom, and units.
 
 ``assets/cursor.js`` works all of them but the units, which are in ``assets/flight.js``.
 """
@@ -27,7 +27,7 @@ _STORES = (VERDICT_MARKS_ID, LIMIT_MARKS_ID, ACTION_MARKS_ID, TRACK_ID)
 
 
 def cursor_tools() -> html.Div:
-    """The row of them; the browser remembers the units."""
+    """The row of tools; the browser remembers the units."""
     return html.Div(
         [
             html.Div(id="moments", className="moments", role="group",
@@ -50,7 +50,7 @@ def cursor_tools() -> html.Div:
 
 
 def register(app: Dash) -> None:
-    """Attach to ``app`` what the browser does by itself."""
+    """Attach the functions in the browser to ``app``."""
     # With an output: Dash calls what has none only when its inputs change.
     units = Output("units-chosen", "children"), Input("units", "value")
     in_browser(app, "flight", "chooseUnits", *units)

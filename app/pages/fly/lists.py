@@ -1,18 +1,19 @@
-"""Lists of what a run came to: the events of its flight, and the leading classes."""
+"""Lists of the results of a run: the events of its flight, and the leading classes."""
 
 from collections.abc import Iterable, Sequence
 
 from dash import html
 
 from app.figures.probabilities import class_colours
-from app.kit.words import event_line, percent
+from app.kit.words import event_line
 from core.twin.events import FlightEvent
+from core.units import percent
 
 SHOWN_EVENTS = 4
 
 
 def event_list(found: Sequence[FlightEvent]) -> html.Ul | None:
-    """What a pilot would report of the faulted flight, the first few in the order of time.
+    """The events that a pilot would report of the faulted flight, the first few in time order.
 
     The ground comes before all else: it is why the flight is shorter than its plan.
     """

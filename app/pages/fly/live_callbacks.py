@@ -1,4 +1,4 @@
-"""The wiring of a live flight: from a click to the engine. What comes of it, the stream shows."""
+"""The callbacks of a live flight: from a click to the engine. The stream shows the result."""
 
 import asyncio
 from typing import Any
@@ -26,7 +26,7 @@ def register(app: Dash, engine: Engine) -> None:
         prevent_initial_call=True,
     )
     async def steer(clicks: int | None, *rest: Any) -> None:
-        """Pause, go on, or go on at another pace."""
+        """Pause, resume, or change the pace."""
         *_, pause_says, run_id = rest
         if run_id is None or not ctx.triggered[0]["value"]:
             raise PreventUpdate
@@ -35,7 +35,7 @@ def register(app: Dash, engine: Engine) -> None:
         try:
             await asyncio.to_thread(engine.steer, run_id, pace=pace, is_paused=is_paused)
         except MirrorTwinError as error:
-            show_error("That did not work", str(error))
+            show_error("The action failed", str(error))
 
     @app.callback(
         output={
@@ -56,16 +56,16 @@ def register(app: Dash, engine: Engine) -> None:
     async def act(
         clicks: list[int | None], values: dict[str, Any], run_id: str | None
     ) -> dict[str, str | None]:
-        """Break, mend or steer the flight that is shown, now."""
+        """Inject a fault, repair, or set targets in the flight that is shown, now."""
         if run_id is None or not ctx.triggered[0]["value"]:
             raise PreventUpdate
         errors: dict[str, str | None] = dict.fromkeys(live_controls.FIELDS)
         try:
-            action = live_controls.asked_for(str(ctx.triggered_id), values)
+            action = live_controls.read_action(str(ctx.triggered_id), values)
             await asyncio.to_thread(engine.act, run_id, action)
         except MirrorTwinError as error:
             if isinstance(error, InputError) and error.field in errors:
                 errors[error.field] = error.problem
             else:
-                show_error("That did not work", str(error))
+                show_error("The action failed", str(error))
         return errors

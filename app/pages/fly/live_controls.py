@@ -1,7 +1,7 @@
-"""What a pilot and a saboteur have at hand during a live flight, and what they have done.
+"""The controls of a live flight, and the list of actions taken.
 
-The server says how the flight goes: these controls only show it (`paced`, `action_list`), so that
-two browsers on one flight never disagree.
+The state of the flight is the server's: these controls only show it (`paced`, `action_list`), so
+that two browsers on one flight never disagree.
 """
 
 import math
@@ -12,6 +12,7 @@ import dash_mantine_components as dmc
 from dash import html
 
 from app.kit.attributes import attributes
+from core.channels import unit_label
 from core.clock import clock
 from core.errors import InputError
 from core.fmea.catalogue import catalogue
@@ -26,15 +27,15 @@ PAUSE_ID = "live-pause"
 PACE_ID = "pace"
 """The choice in the form, before the flight."""
 
-AT_ONCE = "at once"
+NO_PACE = "at once"
 
 FIELDS: tuple[str, ...] = ("fault", "severity", "altitude_ft", "speed_kt")
-"""What can be typed into the bar, under the name that an `InputError` gives it."""
+"""The input fields of the bar, by the names that an `InputError` uses."""
 
 BUTTONS: tuple[str, ...] = ("inject", "repair", "target")
 
 NOW_S = 0.0
-"""An action whose time has passed happens now."""
+"""An action whose time is past happens now."""
 
 _SHOWN = 8
 
@@ -55,29 +56,29 @@ def button_id(name: str) -> str:
 
 
 def pace_choice() -> dmc.InputWrapper:
-    """How to fly: at once, as runs are, or live at a pace."""
+    """The choice of pace: as fast as possible, or live at a pace."""
     paces = [(f"{pace:g}", f"×{pace:g}") for pace in reversed(PACES) if math.isfinite(pace)]
     return dmc.InputWrapper(
         dmc.SegmentedControl(
             id=PACE_ID,
             data=[
-                {"value": value, "label": label} for value, label in [(AT_ONCE, "At once"), *paces]
+                {"value": value, "label": label} for value, label in [(NO_PACE, "At once"), *paces]
             ],
-            value=AT_ONCE,
+            value=NO_PACE,
             fullWidth=True,
             size="xs",
             **attributes(aria_label="Pace"),
         ),
         label="Pace",
         labelElement="div",
-        description="× is live: break, mend, steer",
+        description="× is live: inject, repair, steer",
         size="xs",
     )
 
 
 def read_pace(value: Any) -> float | None:
     """The pace chosen; None to fly at once. Raises `InputError`."""
-    if value in (AT_ONCE, None):
+    if value in (NO_PACE, None):
         return None
     try:
         return checked_pace(float(value))
@@ -95,7 +96,7 @@ def live_bar() -> html.Div:
             className="live-button",
             **attributes(
                 aria_pressed="false",
-                aria_label="As fast as it goes"
+                aria_label="As fast as possible"
                 if math.isinf(pace)
                 else f"×{pace:g}, seconds of flight a second",
             ),
@@ -119,15 +120,15 @@ def live_bar() -> html.Div:
                 ),
                 _number("severity", "Severity", 0.6, 0.1),
                 _button("inject", "Inject",
-                        "This fault and no other, from now on; where it has set in already, "
-                        "another severity"),
-                _button("repair", "Repair", "Nothing is broken any more, from now on"),
+                        "Inject this fault now, in place of any other; if it is active already, "
+                        "change its severity"),
+                _button("repair", "Repair", "Repair the engine now"),
             ),
             _group(
                 "Pilot",
                 _number("altitude_ft", "Altitude", None, 100),
                 _number("speed_kt", "Speed", None, 5),
-                _button("target", "Set", "Both aircraft are flown to these targets"),
+                _button("target", "Set", "Fly both aircraft to these targets"),
             ),
         ],
         id=BAR_ID,
@@ -151,7 +152,7 @@ def paced(pace: float, is_paused: bool) -> dict[tuple[str, str], Any]:
 
 
 def action_list(lines: Sequence[tuple[float, str]]) -> html.Ol | None:
-    """What was done, and when, the latest first."""
+    """The actions with their times, the latest first."""
     if not lines:
         return None
     listed = [
@@ -159,12 +160,12 @@ def action_list(lines: Sequence[tuple[float, str]]) -> html.Ol | None:
         for time_s, words in lines[: -_SHOWN - 1 : -1]
     ]
     if len(lines) > _SHOWN:
-        listed.append(html.Li(f"and {len(lines) - _SHOWN} before", className="note"))
+        listed.append(html.Li(f"and {len(lines) - _SHOWN} earlier", className="note"))
     return html.Ol(listed, className="live-actions", **attributes(aria_label="Actions"))
 
 
-def asked_for(button: str, values: Mapping[str, Any]) -> Action:
-    """The action that a button stands for, to happen now; raises `InputError` naming the field."""
+def read_action(button: str, values: Mapping[str, Any]) -> Action:
+    """The action of a button, to happen now; raises `InputError` naming the field."""
     if button == button_id("repair"):
         return Repair(NOW_S)
     if button == button_id("inject"):
@@ -203,7 +204,7 @@ def _lines(fault: Fault, actions: Iterable[Action]) -> Iterator[tuple[float, str
                 mode = "nominal"
                 yield action.time_s, "Engine repaired"
             case SetTarget():
-                yield action.time_s, f"Both pilots told: {', '.join(_targets(action))}"
+                yield action.time_s, f"New targets: {', '.join(_targets(action))}"
 
 
 def _targets(action: SetTarget) -> Iterator[str]:
@@ -236,7 +237,7 @@ def _number(name: str, label: str, value: float | None, step: float) -> dmc.Numb
         id=field_id(name),
         value="" if value is None else value,
         placeholder=label,
-        suffix=f" {unit}" if unit else "",
+        suffix=f" {unit_label(unit)}" if unit else "",
         step=step,
         # Never correct silently what was typed: the error names the range instead.
         clampBehavior="none",

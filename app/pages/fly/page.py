@@ -1,4 +1,4 @@
-"""The page *Fly*: what stands where. `run_view` fills it, `callbacks` wires it."""
+"""The layout of the page *Fly*. `view` fills it, `callbacks` attaches the callbacks."""
 
 from typing import Any
 from urllib.parse import urlencode
@@ -7,15 +7,16 @@ import dash_mantine_components as dmc
 import numpy as np
 from dash import dcc, html
 
+from app.figures.axes import GRAPH_CONFIG
 from app.figures.engine_view import engine_view
 from app.figures.outcome_line import OUTCOME_ID
 from app.figures.probabilities import probability_figure
 from app.figures.residuals import heat_strip
 from app.figures.sensors import cleared, tile_specs
 from app.kit.attributes import attributes
+from app.kit.channel_panels import channel_panels
 from app.kit.nodes import Node, nodes
 from app.kit.terms import term
-from app.pages.fly.channel_panels import channel_panels
 from app.pages.fly.cursor_tools import cursor_tools
 from app.pages.fly.live_controls import ACTIONS_ID, live_bar
 from app.pages.fly.playback import playback_bar
@@ -26,21 +27,19 @@ from core.channels import N_CHANNELS, Channel, unit_label
 from core.fmea.catalogue import catalogue
 from core.fmea.fault import Fault
 
-GRAPH_CONFIG: Any = {"displayModeBar": False, "doubleClick": "reset+autosize"}
-
 PROBABILITIES_ID = "probabilities"
 STRIP_ID = "residual-strip"
 RESIDUAL_SWITCH_ID = "residual-switch"
 RANKING_NODES_ID = "ranking-nodes"
 
 RANKING_HINT = (
-    "The classifier reads the last 30 s of residuals every 5 s. Its first answer comes half a "
+    "The classifier reads the last 30 s of residuals every 5 s. Its first answer appears half a "
     "minute into the flight."
 )
 
 
 def ranking_hint() -> list[Node]:
-    """What stands in the place of the ranking before the first one."""
+    """The text in place of the ranking before the first answer."""
     return nodes(html.P(RANKING_HINT, className="note"))
 
 
@@ -55,7 +54,7 @@ def readout_id(index: int) -> str:
 
 
 def layout(fault: Fault = DEFAULT_FAULT) -> html.Div:
-    """The whole page, before any run, with that fault filled in."""
+    """The whole page before any run, with this fault filled in."""
     return html.Div(
         [
             html.Aside(setup_panel(fault), className="area-setup"),
@@ -116,7 +115,7 @@ def replay_frame(
 
 
 def _run_bar(fault: Fault) -> html.Section:
-    """Which run this is, how far it has come, and what can be done with it."""
+    """The name of the run, its progress and its actions."""
     return html.Section(
         [
             html.Div(
@@ -156,7 +155,7 @@ def _run_bar(fault: Fault) -> html.Section:
 
 
 def idle_hint(fault: Fault = DEFAULT_FAULT) -> str:
-    """What one click on Run would do."""
+    """A hint at what a click on Run does."""
     name = catalogue()[fault.mode].name
     return (
         "Two aircraft fly the same plan, one of them with a fault. "
@@ -224,8 +223,8 @@ def _diagnosis_panel() -> html.Section:
                             disabled=True,
                             **attributes(aria_label="Residuals against"),
                         ),
-                        title="What residuals are taken against: the healthy mirror that flew "
-                        "along, or a network that expects what a healthy aircraft does",
+                        title="The reference of the residuals: the healthy mirror flown alongside, "
+                        "or a network that predicts a healthy aircraft",
                     ),
                 ],
                 className="panel-head",

@@ -15,7 +15,7 @@ from app.pages.fly.present import present_button
 from core.clock import clock
 
 SPEEDS = (1, 10, 60)
-"""How many seconds of the flight pass in one, to choose from."""
+"""Speeds to choose from, seconds of flight per second."""
 
 
 def playback_bar() -> html.Div:

@@ -1,7 +1,7 @@
-"""The presenter view: Fly on a wall, dark and large, with only what a room can read.
+"""The presenter view: Fly dark and large for a projector, with only what a room can read.
 
-It is Fly itself, at an address of its own: what runs goes on running, and the one time cursor
-moves everything. ``assets/present.js`` and ``assets/present.css`` do the rest.
+It is Fly itself, at an address of its own: a run continues, and the one time cursor moves
+everything. ``assets/present.js`` and ``assets/present.css`` do the rest.
 """
 
 import dash_mantine_components as dmc
@@ -11,25 +11,23 @@ from app.kit.attributes import attributes
 from app.kit.wiring import in_browser
 from core.channels import CHANNEL_INDEX, CYLINDERS, cht_name, egt_name
 
-PRESENT_PREFIX = "/present/"
-
 WALL_CHANNELS: tuple[str, ...] = (
     *(egt_name(cylinder) for cylinder in CYLINDERS),
     *(cht_name(cylinder) for cylinder in CYLINDERS),
     "E1 RPM", "E1 FFlow", "E1 OilT", "E1 OilP",
 )  # fmt: skip
-"""The channels on the wall, four a row: EGT above the CHT of its cylinder."""
+"""The channels of the presenter view, four a row: EGT above the CHT of its cylinder."""
 
 
 def present_button() -> html.Div:
-    """The button that takes Fly to the wall and back, and what is shown there."""
+    """The button that switches the presenter view, and its options."""
     return html.Div(
         [
             html.Button(
                 "Present",
                 id="present",
                 type="button",
-                title="Large and dark, for a wall (P)",
+                title="Large and dark, for a projector (P)",
                 **attributes(aria_keyshortcuts="p", aria_pressed="false"),
             ),
             html.Span(

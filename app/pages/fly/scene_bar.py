@@ -1,7 +1,7 @@
-"""Above the 3D scene of the page *Fly*: what colours the path, and from where one looks."""
+"""The bar above the 3D scene of *Fly*: the colouring of the path, and the camera."""
 
 import asyncio
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import dash_mantine_components as dmc
 from dash import Dash, Input, Output, State, dcc, html
@@ -9,16 +9,14 @@ from dash import Dash, Input, Output, State, dcc, html
 from app.kit.attributes import attributes
 from app.scenes.cameras import View
 from app.scenes.painting import Legend, Paint, choices
-
-if TYPE_CHECKING:  # it imports the page
-    from app.pages.fly.session import Sessions
+from app.sessions import Sessions
 
 PAINT_ID, VIEW_ID, LEGEND_ID, BAR_ID, CLOCK_ID = (
     "scene-paint", "scene-view", "scene-legend", "scene-bar", "scene-clock",
 )  # fmt: skip
 
-POLL_MS = 1000
-"""How often the key is brought up to date: its ends move while a flight goes on."""
+LEGEND_POLL_MS = 1000
+"""How often the key is updated: its ends move during a flight."""
 
 _VIEW_WORDS: dict[View, str] = {
     "whole": "Whole", "chase": "Chase", "side": "Side", "free": "Free",
@@ -48,14 +46,14 @@ def scene_bar() -> html.Div:
                 size="xs",
                 **attributes(aria_label="Camera"),
             ),
-            dcc.Interval(id=CLOCK_ID, interval=POLL_MS, disabled=True),
+            dcc.Interval(id=CLOCK_ID, interval=LEGEND_POLL_MS, disabled=True),
         ],
         id=BAR_ID,
         className="scene-bar",
     )
 
 
-def register(app: Dash, sessions: "Sessions") -> None:
+def register(app: Dash, sessions: Sessions) -> None:
     """Attach the callbacks of the controls to ``app``."""
 
     @app.callback(
@@ -66,7 +64,7 @@ def register(app: Dash, sessions: "Sessions") -> None:
         websocket=True,
     )
     async def paint(chosen: str | None, session_id: str) -> tuple[bool, Any]:
-        """Colour the path, and say what the colours mean."""
+        """Colour the path, and show the key."""
         scene = sessions.get(session_id).scene()
         await asyncio.to_thread(scene.paint, Paint.read(chosen))
         return not chosen, _legend(scene.legend())
@@ -99,7 +97,7 @@ def register(app: Dash, sessions: "Sessions") -> None:
         prevent_initial_call=True,
     )
     async def belong(tab: str) -> dict[str, str]:
-        """Hide the controls where they do nothing."""
+        """Hide the controls where they have no effect."""
         return {} if tab == "live" else {"display": "none"}
 
 

@@ -1,4 +1,4 @@
-"""The form on the left: what to fly and what to break, and reading it back."""
+"""The form of a flight and its fault, and reading it."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, fields
@@ -18,8 +18,6 @@ from core.twin.plan import PLAN_RANGES, Plan, Weather
 
 DEFAULT_PLAN = Plan(seed=7)
 DEFAULT_FAULT = Fault("cylinder_compression", severity=0.8, onset_s=60.0)
-
-_ONSET_RANGE = (0.0, PLAN_RANGES["duration_s"][1], "s")
 
 AUTO_CYLINDER = "auto"
 
@@ -97,12 +95,6 @@ def read_form(values: Mapping[str, Any]) -> tuple[Plan, Fault]:
     )
     fault.check_within(plan.duration_s)
     return plan, fault
-
-
-def takes_cylinder(mode: str) -> bool:
-    """Whether a mode hits one cylinder, so that choosing it means something."""
-    modes = catalogue()
-    return mode in modes and mode != "nominal" and not modes[mode].whole_engine
 
 
 def fault_note(mode: str) -> str:
@@ -317,7 +309,7 @@ def _choice(
 
 
 def _fault_options() -> list[dict[str, Any]]:
-    """The 20 modes grouped by subsystem, in catalogue order."""
+    """The modes grouped by subsystem, in catalogue order."""
     groups: dict[str, list[dict[str, str]]] = {}
     for mode in catalogue().values():
         group = "Healthy" if mode.id == "nominal" else mode.subsystem.capitalize()

@@ -1,4 +1,4 @@
-"""One run as the page shows it: events in, property updates out. Nothing is sent from here."""
+"""The view of one run: events in, property updates out. Nothing is sent from here."""
 
 import secrets
 import time
@@ -46,13 +46,13 @@ from core.twin.events import flight_events
 from core.twin.trajectory import Pair
 
 STRIP_FRAMES = 20
-"""The heat strip is drawn anew this often at most: each time costs 19 kB."""
+"""Most redrawings of the heat strip during a flight: each costs 19 kB."""
 
 LAST_SAMPLE_S = 0.5
-"""A flight has been flown whose last sample is that close to its end: the last at 5 Hz is 0.2 s."""
+"""A flight counts as complete when its last sample is this close to its end (0.2 s at 5 Hz)."""
 
 JUDGED_S = 1.0
-"""So long an answer stands at least while the flight goes on: each costs 25 kB and a drawing."""
+"""Minimum time between two updates of the ranking during a run: each costs 25 kB."""
 
 
 def idle() -> list[Update]:
@@ -68,20 +68,20 @@ def idle() -> list[Update]:
 
 
 class RunView:
-    """Keeps what a run has shown so far, and says what changes with each batch of events."""
+    """What a run has shown so far; turns each batch of events into updates of the page."""
 
     def __init__(self, record: RunRecord) -> None:
-        """Begin with a run of which nothing has been shown."""
+        """Start with a run of which nothing has been shown."""
         self.record = record
         self.duration_s = record.plan.duration_s
         self.onset_s = _onset_s(record)
         self._names = {mode.id: mode.name for mode in catalogue().values()}
         self.taken: Any = None
-        """What the page last said that its tiles hold: ``{"key": ..., "count": ...}``."""
+        """The samples that the tiles hold, as last reported: ``{"key": ..., "count": ...}``."""
         self._begin()
 
     def _begin(self) -> None:
-        """Start with empty tiles, forgetting what an attempt that came to nothing has sent."""
+        """Start with empty tiles, without the samples of an earlier, failed attempt."""
         key = secrets.token_hex(8)
         self._tiles = cleared(key, self.duration_s, self.onset_s, self.record.id)
         self._is_paused = False
@@ -93,7 +93,7 @@ class RunView:
         self._judge_at_s = 0.0
 
     def opening(self, *, fill_form: bool) -> list[Update]:
-        """The page as it turns to this run: its name, its state, its settings in the form."""
+        """The first updates for this run: its name, its state, its settings in the form."""
         values = form_values(self.record.plan, self.record.fault) if fill_form else {}
         return [
             *_cleared(),
@@ -104,7 +104,7 @@ class RunView:
         ]
 
     def resting(self) -> list[Update]:
-        """What a run begins with and its first samples need not wait for.
+        """The updates at the start of a run that its first samples need not wait for.
 
         Axes of this flight for each chart that has nothing to show yet, and the mirror chosen.
         """
@@ -164,7 +164,7 @@ class RunView:
         return updates
 
     def _named(self) -> list[Update]:
-        """What flight this is, and what was done on it."""
+        """The title of the flight and the actions taken in it."""
         lines = live_controls.action_lines(self.record.fault, self.record.actions)
         return [
             Update("run-title", "children", run_title(self.record)),
@@ -196,13 +196,13 @@ class RunView:
         return float(self._stream.time_s[-1]) if self._left else 0.0
 
     def tiles(self, time_s: Array, faulted: Array32, mirror: Array32) -> list[Update]:
-        """All channels of the finished flight, (n,) and (n, 23), every spike of the 50 Hz kept."""
+        """Channels of the finished flight, (n,) and (n, n_channels), with every spike of 50 Hz."""
         ended = self._ended(float(time_s[-1]))
         whole = decimated(time_s, faulted, mirror)
         return [Update("flight", "data", self._tiles | {"whole": whole}), *ended]
 
     def _ended(self, end_s: float) -> list[Update]:
-        """All that is drawn against time as long as the flight, if the ground has cut its plan."""
+        """Updates that shorten the time axes of a flight that ended on the ground."""
         planned_s = self.record.plan.duration_s
         if end_s > planned_s - LAST_SAMPLE_S:
             return []
@@ -220,7 +220,7 @@ class RunView:
         return [Update(fly.STRIP_ID, "figure", strip)]
 
     def happened(self, pair: Pair) -> list[Update]:
-        """What happened on the finished flight: limits crossed, control lost."""
+        """The events of the finished flight: limits crossed, control lost."""
         found = flight_events(pair.faulted)
         return [
             Update("flight-events", "children", event_list(found)),
@@ -247,7 +247,7 @@ class RunView:
         stream = self._stream
         start = self._held()
         tiles = self._tiles | stream.since(start)
-        # Not for the page: it tells whoever measures how long the samples were on their way.
+        # Not for the page: the benchmark measures by it how long samples take to arrive.
         tiles["flown_at_s"] = self._flown_at_s(start * stream.stride)
         updates = [Update("flight", "data", tiles)]
         flown_s = self._flown_s()
@@ -261,17 +261,17 @@ class RunView:
         return updates
 
     def _flown_at_s(self, index: int) -> float:
-        """When the sample of that number left the flight, or the first of its block did."""
+        """When the sample of this number left the flight, or the first of its block did."""
         return next((at_s for first, at_s in reversed(self._left) if first <= index), 0.0)
 
     def _held(self) -> int:
-        """How many samples of this very flight the page has said to hold."""
+        """The number of samples of this flight that the page reports to hold."""
         if self.taken and self.taken["key"] == self._tiles["key"]:
             return int(self.taken["count"])
         return 0
 
     def _judged(self) -> list[Update]:
-        """The probabilities so far, greyed where what was done on the way makes them doubtful."""
+        """The probabilities so far, greyed where an action makes them doubtful."""
         caution = live_caution(self.record.actions, self._windows[-1].time_s)
         return [
             *self._verdict(
@@ -323,8 +323,8 @@ class RunView:
         if attempt > 1:
             self._begin()
             updates += [*_cleared(), *_resting(self._tiles)]
-            again = f"Its worker died. The flight has begun again, attempt {attempt}."
-            updates.append(alert("warning", "Flying again", again))
+            again = f"Its worker died. The flight was restarted, attempt {attempt}."
+            updates.append(alert("warning", "Restarted", again))
         return updates
 
     def _failed(self, event: events.Failed) -> list[Update]:
@@ -349,7 +349,7 @@ class RunView:
 
 
 def _cautioned(notes: Sequence[str], *, unsure: bool) -> list[Update]:
-    """What to know before trusting the ranking, which is greyed where it says little."""
+    """Cautions about the ranking, which is greyed while it is unreliable."""
     return [
         Update(
             "diagnosis-notes", "children", [html.P(note, className="caution") for note in notes]
@@ -364,12 +364,12 @@ def _onset_s(record: RunRecord) -> float | None:
 
 
 def reported(run_id: str, report: GroundedReport) -> list[Update]:
-    """The five sections, each sentence with its verdict."""
+    """The sections, each sentence with its verdict."""
     return [Update(report_panel.REPORT_NODES_ID, "data", whole_report(run_id, report))]
 
 
 def watched(job: Job, stored: GroundedReport) -> list[Update]:
-    """What a job on the report of a finished run changes; see `report_panel.watched`."""
+    """The updates of a job on the report of a finished run; see `report_panel.watched`."""
     report, newest, status = report_panel.watched(job, stored)
     return [
         Update("report-status", "children", status),

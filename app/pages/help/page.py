@@ -1,4 +1,4 @@
-"""The page *Help*: the tour, the keys, and what every word means."""
+"""The page *Help*: the tour, the keys and the glossary."""
 
 from itertools import groupby
 from typing import Any
@@ -14,22 +14,22 @@ KEYS: tuple[tuple[str, tuple[tuple[str, str], ...]], ...] = (
         "Fly",
         (
             ("Ctrl + Enter", "fly what the form says"),
-            ("P", "put the flight on the wall, and back"),
+            ("P", "switch the presenter view on and off"),
             ("Tab, then ← →", "on the slider: move the time of all charts and 3D views"),
-            ("A, B", "put the cursors A and B where the time cursor is; Esc takes them away"),
+            ("A, B", "set cursor A or B at the time cursor; Esc clears them"),
             ("+ − 0", "zoom all charts in, out, back to the whole flight"),
-            ("< >", "move what is zoomed into: earlier, later"),
+            ("< >", "when zoomed in, move earlier or later"),
             (
                 "↑ ↓ Enter Esc",
-                "in the report: go through the sentences, show the evidence, hide it",
+                "in the report: move through the sentences, show or hide the evidence",
             ),
         ),
     ),
     (
-        "On the wall",
+        "Presenter view",
         (
             ("Space", "play, pause"),
-            ("← →", "five seconds back, five on"),
+            ("← →", "five seconds back, five forward"),
             ("H", "hide fault and verdict, show them again"),
             ("F", "fill the screen"),
             ("Esc", "leave"),
@@ -40,19 +40,19 @@ KEYS: tuple[tuple[str, tuple[tuple[str, str], ...]], ...] = (
         (
             ("Tab", "from chart to chart"),
             ("← → Page ↑ ↓", "move the time by 5 s, by 30 s"),
-            ("Enter", "mark the channel at that time; ↑ ↓ choose the way it goes"),
+            ("Enter", "mark the channel at that time; ↑ ↓ choose the direction"),
         ),
     ),
     (
         "The tour",
-        (("← →", "a stop back, a stop on"), ("Esc", "leave it")),
+        (("← →", "previous stop, next stop"), ("Esc", "leave it")),
     ),
 )
 """What the keyboard does, page by page."""
 
 
 def layout() -> html.Div:
-    """All of it on one page."""
+    """The page: tour, glossary and keys."""
     return html.Div(
         [
             html.Section(
@@ -61,8 +61,8 @@ def layout() -> html.Div:
                     html.P(
                         [
                             "MirrorTwin flies a Cessna 172P twice, once with an engine fault and "
-                            "once without. What differs is the fault. It shows where the two part, "
-                            "names the fault and argues for it.",
+                            "once without. Any difference is caused by the fault. It shows where "
+                            "the two diverge, diagnoses the fault and explains why.",
                         ],
                         className="prose",
                     ),
@@ -78,9 +78,9 @@ def layout() -> html.Div:
                 className="panel help-head",
             ),
             html.Section(
-                [html.H2("Words", className="panel-title"), *_words()],
+                [html.H2("Glossary", className="panel-title"), *_words()],
                 className="panel",
-                **attributes(aria_label="Words"),
+                **attributes(aria_label="Glossary"),
             ),
             html.Section(
                 [html.H2("Keys", className="panel-title"), *_keys()],

@@ -1,17 +1,18 @@
-"""A shipped model on the page *Results*: how good it is, and what it takes for what."""
+"""A shipped model on the page *Results*: its scores and its confusion matrix."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from dash import dcc, html
 
+from app.figures.axes import GRAPH_CONFIG
 from app.figures.scores import confusion_figure
+from app.kit.addresses import fault_path
 from app.kit.words import mode_name
-from app.pages.faults.page import fault_path
-from app.pages.fly.page import GRAPH_CONFIG
 from app.pages.results import cell_runs
 from core.experiments.stored import with_onset_known
 from core.knowledge.knowledge import tell_apart
+from core.units import percent
 
 Row = Mapping[str, Any]
 
@@ -20,7 +21,7 @@ SHOWN_MISTAKES = 10
 
 
 class Mistake(NamedTuple):
-    """So many windows of one mode taken for another, and their share of that mode's windows."""
+    """Windows of one mode diagnosed as another, and their share of that mode's windows."""
 
     windows: int
     true: str
@@ -29,20 +30,20 @@ class Mistake(NamedTuple):
 
 
 def card_line(card: Row) -> str:
-    """How good a shipped model is, in one line, with what made its score possible."""
+    """The accuracy of a shipped model in one line, with what the score was given."""
     scores = card["scores"]
-    windows = f"{100 * scores['test_windows']['accuracy']:.1f} % of"
+    windows = f"{percent(scores['test_windows']['accuracy'])} of"
     known_onset = with_onset_known(card)
     if "test_runs" not in scores:  # a card of Tables 1 to 4, which score windows alone
         return f"right on {windows} the windows of its test flights{known_onset}"
     return (
-        f"right on {100 * scores['test_runs']['accuracy']:.1f} % of "
+        f"right on {percent(scores['test_runs']['accuracy'])} of "
         f"{scores['test_runs']['n']:,} test flights and {windows} their windows{known_onset}"
     )
 
 
 def model_parts(card: Row) -> list[Any]:
-    """Who is taken for whom, as a matrix and as a list."""
+    """The confusion matrix of a model, and its mistakes as a list."""
     line = card_line(card)
     scores = card["scores"]["test_windows"]
     names = [mode_name(mode) for mode in card["classes"]]
@@ -52,7 +53,7 @@ def model_parts(card: Row) -> list[Any]:
         html.P(f"{line[:1].upper()}{line[1:]}.", className="headline"),
         *onset_note(card),
         html.P(
-            f"What it takes for what, in {scores['n']:,} windows of 30 s ({card['name']}):",
+            f"Confusion matrix over {scores['n']:,} windows of 30 s ({card['name']}):",
             className="prose",
         ),
         html.Div(
@@ -68,13 +69,13 @@ def model_parts(card: Row) -> list[Any]:
 
 
 def onset_note(content: Row) -> list[html.P]:
-    """What to know of a field score whose windows were placed by the truth; nothing of others."""
+    """A caution on a field score whose windows were placed by the true onset; else nothing."""
     if not with_onset_known(content):
         return []
     return [
         html.P(
-            "The windows that are scored were placed by the true onset. A flight in the app does "
-            "not tell its onset: there the diagnosis has to find it first.",
+            "The scored windows were placed by the true onset. The onset of a flight in the app is "
+            "not known: there the diagnosis has to find it first.",
             className="note",
         )
     ]
@@ -93,31 +94,31 @@ def _confusions(card: Row, counts: Sequence[Sequence[int]]) -> list[Any]:
         reverse=True,
     )
     if not mistakes:
-        return [html.P("No window was taken for another class.")]
+        return [html.P("No window was classified wrongly.")]
     often, rarer = mistakes[:SHOWN_MISTAKES], mistakes[SHOWN_MISTAKES:]
     parts: list[Any] = [
-        html.H3("Taken for another"),
+        html.H3("Mistakes"),
         html.P(_alike(mistakes), className="prose"),
         _table(card, often),
     ]
     if rarer:
-        told = f"{len(rarer)} rarer kinds" if len(rarer) > 1 else "One rarer kind"
-        parts.append(html.Details([html.Summary(told), _table(card, rarer)], className="rarer"))
+        summary = f"{len(rarer)} rarer kinds" if len(rarer) > 1 else "One rarer kind"
+        parts.append(html.Details([html.Summary(summary), _table(card, rarer)], className="rarer"))
     return parts
 
 
 def _alike(mistakes: Sequence[Mistake]) -> str:
-    """How many of the mistakes people might make too."""
+    """The share of mistakes between look-alikes, which people might make too."""
     wrong = sum(each.windows for each in mistakes)
     alike = sum(each.windows for each in mistakes if tell_apart(each.true, each.said))
     return (
-        f"{wrong:,} windows are named wrongly, {alike:,} of them ({100 * alike / wrong:.0f} %) for "
-        "a look-alike: the FMEA knowledge says what tells those two apart."
+        f"{wrong:,} windows are classified wrongly, {alike:,} of them ({percent(alike / wrong)}) "
+        "as a look-alike: the FMEA knowledge says how to distinguish them."
     )
 
 
 def _table(card: Row, mistakes: Sequence[Mistake]) -> html.Table:
-    heads = {"Windows": "number", "Injected": "", "Taken for": "", "Share of its class": "number"}
+    heads = {"Windows": "number", "Injected": "", "Diagnosed": "", "Share of its class": "number"}
     cells = [html.Th(head, scope="col", className=side) for head, side in heads.items()]
     rows = [row for each in mistakes for row in _rows(card, each)]
     return html.Table([html.Thead(html.Tr(cells)), html.Tbody(rows)], className="plain mistakes")
@@ -129,7 +130,7 @@ def _rows(card: Row, mistake: Mistake) -> list[html.Tr]:
         html.Td(cell_runs.count_button(card, true, said, windows), className="number"),
         html.Td(dcc.Link(mode_name(true), href=fault_path(true))),
         html.Td(dcc.Link(mode_name(said), href=fault_path(said))),
-        html.Td(f"{100 * share:.1f} %", className="number"),
+        html.Td(percent(share), className="number"),
     ]
     tell = tell_apart(true, said)
     if tell is None:

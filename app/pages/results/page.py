@@ -6,27 +6,21 @@ from typing import Any
 
 from dash import dcc, html
 
+from app.figures.axes import GRAPH_CONFIG
 from app.figures.scores import beside_paper
+from app.kit.addresses import compare_path, fault_path, result_path
 from app.kit.attributes import attributes
 from app.kit.terms import term
 from app.kit.words import mode_name
-from app.pages.faults.page import fault_path
-from app.pages.fly.page import GRAPH_CONFIG
 from app.pages.results.measures import EXPLAINED, MEASURES
 from app.pages.results.model_card import card_line, model_parts, onset_note
+from core.channels import unit_label
 from core.experiments.headlines import WRITERS
 from core.experiments.paper.published import paper_tables
 from core.experiments.registry import EXPERIMENTS, Experiment
 from core.experiments.stored import Shelved, model_cards, take
 
-RESULT_PREFIX = "/results/"
-
 Row = Mapping[str, Any]
-
-
-def result_path(name: str) -> str:
-    """The address of a result."""
-    return RESULT_PREFIX + name
 
 
 def layout(name: str | None, sandbox_prefix: str = "") -> html.Div:
@@ -66,13 +60,13 @@ def _contents(name: str | None) -> html.Ul:
 
 def _overview() -> list[Any]:
     rows = [_overview_row(experiment) for experiment in EXPERIMENTS.values()]
-    heads = ("Result", "What came of it", term("lab", "Conditions"), "Made (UTC)")
+    heads = ("Result", "Summary", term("lab", "Conditions"), "Created (UTC)")
     return [
         html.Section(
             [
                 html.H1("Results"),
                 html.P(
-                    "The paper's tables and figures, made again by this code from seeds. Nothing "
+                    "The paper's tables and figures, reproduced by this code from seeds. Nothing "
                     "here is typed by hand: each line is read from the file that its command "
                     "wrote.",
                     className="note",
@@ -93,20 +87,20 @@ def _overview() -> list[Any]:
 def _overview_row(experiment: Experiment) -> html.Tr:
     if experiment.kind == "model":
         cards = model_cards()
-        told: list[Any] = [
+        lines: list[Any] = [
             f"{card['conditions']}, {card['feature_mode']}: {card_line(card)}" for card in cards
         ] or [_not_made(experiment)]
         conditions = ", ".join(dict.fromkeys(card["conditions"] for card in cards)) or "–"
         made = "–"
     else:
-        shelved = [item for item in map(take, experiment.files) if item.content or item.problem]
-        told = [_lined(experiment, item) for item in shelved] or [_not_made(experiment)]
-        conditions = ", ".join(dict.fromkeys(_conditions(item) for item in shelved)) or "–"
-        made = max((_made(item) for item in shelved), default="–")
+        stored = [item for item in map(take, experiment.files) if item.content or item.problem]
+        lines = [_lined(experiment, item) for item in stored] or [_not_made(experiment)]
+        conditions = ", ".join(dict.fromkeys(_conditions(item) for item in stored)) or "–"
+        made = max((_made(item) for item in stored), default="–")
     return html.Tr(
         [
             html.Th(dcc.Link(experiment.title, href=result_path(experiment.name)), scope="row"),
-            html.Td([html.Div(line) for line in told]),
+            html.Td([html.Div(line) for line in lines]),
             html.Td(conditions, className="quiet" if conditions == "–" else None),
             html.Td(made, className="mono nowrap quiet" if made == "–" else "mono nowrap"),
         ]
@@ -114,32 +108,32 @@ def _overview_row(experiment: Experiment) -> html.Tr:
 
 
 def _not_made(experiment: Experiment) -> html.Span:
-    return html.Span(["not made yet: ", html.Code(experiment.command)], className="note")
+    return html.Span(["not run yet: ", html.Code(experiment.command)], className="note")
 
 
-def _lined(experiment: Experiment, shelved: Shelved) -> Any:
-    """Its headline, after the conditions where there is one for each."""
-    headline = _headline(experiment, shelved)
+def _lined(experiment: Experiment, stored: Shelved) -> Any:
+    """The headline of a result, after its conditions where there is one for each."""
+    headline = _headline(experiment, stored)
     if len(experiment.files) < 2 or not isinstance(headline, str):
         return headline
-    return f"{_conditions(shelved)}: {headline}"
+    return f"{_conditions(stored)}: {headline}"
 
 
-def _headline(experiment: Experiment, shelved: Shelved) -> Any:
-    if shelved.content is None:
-        return html.Span(shelved.problem, className="note")
+def _headline(experiment: Experiment, stored: Shelved) -> Any:
+    if stored.content is None:
+        return html.Span(stored.problem, className="note")
     try:
-        return experiment.headline(shelved.content) or "made"
+        return experiment.headline(stored.content) or "available"
     except (KeyError, TypeError, IndexError):
-        return html.Span("made by another version of this program", className="note")
+        return html.Span("written by another version of this program", className="note")
 
 
-def _conditions(shelved: Shelved) -> str:
-    return str((shelved.content or {}).get("settings", {}).get("conditions", "–"))
+def _conditions(stored: Shelved) -> str:
+    return str((stored.content or {}).get("settings", {}).get("conditions", "–"))
 
 
-def _made(shelved: Shelved) -> str:
-    stamp = (shelved.content or {}).get("made_at")
+def _made(stored: Shelved) -> str:
+    stamp = (stored.content or {}).get("made_at")
     return f"{datetime.fromisoformat(stamp):%Y-%m-%d %H:%M}" if stamp else "–"
 
 
@@ -150,19 +144,19 @@ def _shown(experiment: Experiment, prefix: str) -> list[Any]:
     else:
         parts = [
             part
-            for shelved in map(take, experiment.files)
-            if shelved.content or shelved.problem
-            for part in _result(experiment, shelved, prefix)
+            for stored in map(take, experiment.files)
+            if stored.content or stored.problem
+            for part in _result(experiment, stored, prefix)
         ]
     return [html.Section([*head, *(parts or _empty(experiment))], className="panel library-panel")]
 
 
 def _empty(experiment: Experiment) -> list[Any]:
-    """How to make what is not there; for a table, the paper's own numbers meanwhile."""
+    """The command for a missing result; for a table, also the numbers of the paper."""
     content: list[Any] = [
         html.Div(
             [
-                html.P("Not made yet on this installation. In a terminal:"),
+                html.P("Not available on this installation yet. Run in a terminal:"),
                 html.Pre(experiment.command),
                 html.P(f"{experiment.duration} Then reload this page.", className="note"),
             ],
@@ -180,26 +174,26 @@ def _empty(experiment: Experiment) -> list[Any]:
     return content
 
 
-def _result(experiment: Experiment, shelved: Shelved, prefix: str) -> list[Any]:
-    if shelved.content is None:
-        return [html.P(shelved.problem, className="empty")]
+def _result(experiment: Experiment, stored: Shelved, prefix: str) -> list[Any]:
+    if stored.content is None:
+        return [html.P(stored.problem, className="empty")]
     try:
         body = (
-            _scores(experiment, shelved.content)
+            _scores(experiment, stored.content)
             if experiment.kind == "scores"
-            else _picture(experiment, shelved, prefix)
+            else _picture(experiment, stored, prefix)
         )
     except (KeyError, TypeError, IndexError):
-        body = [html.P(["This file was written by another version; make it again: ",
+        body = [html.P(["This file was written by another version; run it again: ",
                         html.Code(experiment.command)], className="empty")]  # fmt: skip
-    conditions = _conditions(shelved)
+    conditions = _conditions(stored)
     several = len(experiment.files) > 1
     title: list[Any] = [html.H2(f"{conditions.capitalize()} conditions")] if several else []
     if experiment.kind == "scores" and conditions == "field":
-        title.append(html.P("Nobody has published these: the paper's values are lab's.",
+        title.append(html.P("The paper reports lab results only; there is nothing to compare with.",
                             className="note"))  # fmt: skip
-        title += onset_note(shelved.content)
-    return [*title, *body, _origin(shelved)]
+        title += onset_note(stored.content)
+    return [*title, *body, _origin(stored)]
 
 
 def _scores(experiment: Experiment, content: Row) -> list[Any]:
@@ -273,7 +267,7 @@ def _score_table(rows: Sequence[Row]) -> html.Div:
 
 
 def _measure(name: str) -> str | html.Span:
-    """What a measure is called, with what it means where the glossary has it."""
+    """The name of a measure, with its meaning where the glossary has it."""
     said = MEASURES[name][0]
     return term(EXPLAINED[name], said) if name in EXPLAINED else said
 
@@ -294,11 +288,11 @@ def _number(value: float | None, form: str) -> str:
     return "–" if value is None else f"{value:{form}}"
 
 
-def _picture(experiment: Experiment, shelved: Shelved, prefix: str) -> list[Any]:
-    name = shelved.name
-    headline = experiment.headline(shelved.content or {})
+def _picture(experiment: Experiment, stored: Shelved, prefix: str) -> list[Any]:
+    name = stored.name
+    headline = experiment.headline(stored.content or {})
     parts: list[Any] = [_said(headline)] if headline else []
-    if shelved.picture:
+    if stored.picture:
         parts.append(
             html.Img(
                 src=f"/results/files/{name}.png",
@@ -307,22 +301,22 @@ def _picture(experiment: Experiment, shelved: Shelved, prefix: str) -> list[Any]
             )
         )
     links: list[Any] = []
-    if shelved.page:
+    if stored.page:
         links.append(
             html.A("Open the interactive figure", href=f"{prefix}/results/files/{name}.html",
                    target="_blank", rel="noopener")
         )  # fmt: skip
     if experiment.is_compared:
-        links.append(dcc.Link("Fly these runs and compare them", href=f"/compare/{name}"))
+        links.append(dcc.Link("Fly these runs and compare them", href=compare_path([name])))
     if links:
         parts.append(html.P(links, className="link-row"))
     if name == "signs":
-        parts += _disputes(shelved.content or {})
+        parts += _disputes(stored.content or {})
     return parts
 
 
 def _disputes(content: Row) -> list[Any]:
-    """What does not hold, and why we think so."""
+    """The signs and ranges that do not hold, with the likely reason."""
     failing = [
         row
         for row in content["rows"]
@@ -330,7 +324,8 @@ def _disputes(content: Row) -> list[Any]:
     ]
     if not failing:
         return [html.P("Every sign and every range holds.")]
-    heads = ("Fault", "Channel", "Expected", "Twin at 0.3, 0.8, 1", "Why")
+    severities = ", ".join(f"{float(each):g}" for each in failing[0]["deltas_by_severity"])
+    heads = ("Fault", "Channel", "Expected", f"Twin at {severities}", "Why")
     return [
         html.H2("Not as expected"),
         html.Div(
@@ -348,25 +343,26 @@ def _disputes(content: Row) -> list[Any]:
 
 def _dispute(row: Row) -> html.Tr:
     found = ", ".join(f"{value:.1f}" for value in row["deltas_by_severity"].values())
+    unit = unit_label(row["unit"])
     return html.Tr(
         [
             html.Th(dcc.Link(mode_name(row["fault"]), href=fault_path(row["fault"])), scope="row"),
             html.Td(row["channel"]),
-            html.Td(f"{row['low']:g} to {row['high']:g} {row['unit']}"),
-            html.Td(f"{found} {row['unit']}"),
+            html.Td(f"{row['low']:g} to {row['high']:g} {unit}"),
+            html.Td(f"{found} {unit}"),
             html.Td(row["disputed"] or "open"),
         ]
     )
 
 
-def _origin(shelved: Shelved) -> html.P:
+def _origin(stored: Shelved) -> html.P:
     """Where the numbers come from."""
-    content = shelved.content or {}
+    content = stored.content or {}
     made = content.get("provenance", {})
     settings = content.get("settings", {})
-    quick = " A quick look, not the full experiment." if settings.get("quick") else ""
+    quick = " A quick run, not the full experiment." if settings.get("quick") else ""
     return html.P(
-        f"models/results/{shelved.name}.json, made {_made(shelved)} UTC with MirrorTwin "
+        f"models/results/{stored.name}.json, created {_made(stored)} UTC with MirrorTwin "
         f"{made.get('mirrortwin', '?')} (commit {made.get('commit', '?')}, twin "
         f"{made.get('twin', '?')}).{quick}",
         className="note origin",

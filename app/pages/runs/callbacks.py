@@ -1,4 +1,4 @@
-"""The wiring of the page *Runs*: writing on runs, throwing them away, having them back."""
+"""The callbacks of the page *Runs*: labelling runs, deleting and restoring them."""
 
 import asyncio
 from collections.abc import Sequence
@@ -25,12 +25,12 @@ from core.store.labels import (
 from core.store.records import valid_run_id
 from core.store.store import RunStore
 
-SHOWN: dict[str, str] = {}
+VISIBLE: dict[str, str] = {}
 HIDDEN = {"display": "none"}
 
 
-def page(store: RunStore, imported: int = 0) -> html.Div:
-    """The page as the store stands; what was thrown away a day ago is deleted for good."""
+def current_layout(store: RunStore, imported: int = 0) -> html.Div:
+    """The page as the store stands; runs deleted a day ago are removed from the disk."""
     with suppress(StoreError):  # a folder that cannot be written to
         empty(store)
     return runs.layout(store.records(), labels(store), discarded(store), imported)
@@ -45,7 +45,7 @@ def register(app: Dash, store: RunStore) -> None:
 
 
 def _register_selection(app: Dash) -> None:
-    """What the browser does alone: the search, and what can be done with the chosen runs."""
+    """Attach what the browser does alone: the search, and the actions for the chosen runs."""
     in_browser(
         app,
         "runs",
@@ -86,19 +86,19 @@ def _register_writing(app: Dash, store: RunStore) -> None:
         prevent_initial_call=True,
     )
     async def write(changes: list[dict[str, Any]] | None) -> tuple[Any, str]:
-        """Keep what was typed into cells; the grid then shows what is kept."""
+        """Store the edited cells; the grid then shows what is stored."""
         rows, problem = [], ""
         for change in changes or []:
             run_id, column, text = change["rowId"], change["colId"], change.get("value") or ""
             try:
-                rows.append(await asyncio.to_thread(_written, store, run_id, column, str(text)))
+                rows.append(await asyncio.to_thread(_write_cell, store, run_id, column, str(text)))
             except MirrorTwinError as error:
-                problem = _said(error)
+                problem = _problem(error)
                 rows += await asyncio.to_thread(_rows, store, [run_id])
         return {"update": rows}, problem
 
 
-def _written(store: RunStore, run_id: str, column: str, text: str) -> runs.Row:
+def _write_cell(store: RunStore, run_id: str, column: str, text: str) -> runs.Row:
     """Write one cell; returns the row as it then is. Raises `InputError` or `StoreError`."""
     was = label_of(store, run_id)
     match column:
@@ -141,18 +141,18 @@ def _register_bin(app: Dash, store: RunStore) -> None:
         websocket=True,
         prevent_initial_call=True,
     )
-    async def throw_away(clicks: int | None, chosen: list[str] | None) -> tuple[Any, ...]:
-        """Delete the chosen runs, for a day in such a way that they can be had back."""
+    async def delete(clicks: int | None, chosen: list[str] | None) -> tuple[Any, ...]:
+        """Delete the chosen runs; for a day they can be restored."""
         run_ids = [run_id for run_id in chosen or [] if valid_run_id(run_id)]
         if not clicks or not run_ids:
             raise PreventUpdate
         try:
             kept = await asyncio.to_thread(discard, store, run_ids)
         except MirrorTwinError as error:
-            return no_update, no_update, no_update, no_update, _said(error), no_update
+            return no_update, no_update, no_update, no_update, _problem(error), no_update
         gone = [{"id": run_id} for run_id in run_ids]
-        words = runs.gone_words(len(run_ids), for_good=not kept)
-        return {"remove": gone}, words, kept, SHOWN if kept else HIDDEN, "", []
+        words = runs.gone_words(len(run_ids), is_final=not kept)
+        return {"remove": gone}, words, kept, VISIBLE if kept else HIDDEN, "", []
 
     @app.callback(
         *changed,
@@ -162,14 +162,14 @@ def _register_bin(app: Dash, store: RunStore) -> None:
         prevent_initial_call=True,
     )
     async def undo(clicks: int | None, gone: list[str] | None) -> tuple[Any, ...]:
-        """Have back what was deleted last."""
+        """Restore what was deleted last."""
         if not clicks or not gone:
             raise PreventUpdate
         try:
             back = await asyncio.to_thread(restore, store, gone)
             rows = await asyncio.to_thread(_rows, store, back)
         except MirrorTwinError as error:
-            return no_update, no_update, no_update, no_update, _said(error)
+            return no_update, no_update, no_update, no_update, _problem(error)
         words = f"{len(back)} run{'s' if len(back) != 1 else ''} restored."
         return {"add": rows}, words, [], HIDDEN, ""
 
@@ -184,12 +184,13 @@ def _register_arrivals(app: Dash, store: RunStore) -> None:
         prevent_initial_call=True,
     )
     async def arrived(outcome: dict[str, Any] | None) -> tuple[Any, ...]:
-        """Show what came of an upload, which the server has answered by itself."""
+        """Show the outcome of an upload, which `files` has answered."""
         if not outcome:
             raise PreventUpdate
         if problem := outcome.get("problem"):
             return no_update, str(problem)[:500], ""
-        return await asyncio.to_thread(page, store, len(outcome["imported"])), no_update, no_update
+        layout = await asyncio.to_thread(current_layout, store, len(outcome["imported"]))
+        return layout, no_update, no_update
 
     @app.callback(
         Output(runs.GRID_ID, "rowTransaction", allow_duplicate=True),
@@ -201,7 +202,7 @@ def _register_arrivals(app: Dash, store: RunStore) -> None:
         prevent_initial_call=True,
     )
     async def follow(ticks: int | None, flying: list[str]) -> tuple[Any, bool, list[str]]:
-        """Bring the rows of unfinished runs up to date until all have landed."""
+        """Update the rows of unfinished runs until all are finished."""
         if not ticks:
             raise PreventUpdate
         asked = [run_id for run_id in flying if valid_run_id(run_id)]
@@ -210,6 +211,6 @@ def _register_arrivals(app: Dash, store: RunStore) -> None:
         return {"update": rows}, not left, left
 
 
-def _said(error: MirrorTwinError) -> str:
+def _problem(error: MirrorTwinError) -> str:
     """An error as a sentence on the page."""
     return f"Not done: {error}"

@@ -1,15 +1,14 @@
-"""Runs to take away and to bring along, over plain HTTP.
+"""Export and import of runs over plain HTTP.
 
     GET  /runs/files?id=...&id=...        a zip of these runs (`core.exchange.run_archive`)
     GET  /runs/<id>/<side>.csv?rate=1     one flight as a Garmin G1000 log
     POST /runs/import                     such a zip, as the body of the request
 
 An upload goes to the disk as it comes, up to a limit that is counted here, whatever it announces.
-Other sites' pages cannot send one: for this content type browsers ask first, and are told no.
+Other sites' pages cannot send one: for this content type browsers ask first, and the answer is no.
 """
 
 import asyncio
-import logging
 import tempfile
 from pathlib import Path
 from typing import Annotated
@@ -19,50 +18,18 @@ from fastapi.responses import FileResponse, JSONResponse, PlainTextResponse
 from starlette.background import BackgroundTask
 from starlette.requests import ClientDisconnect
 
+from app.archives import export_runs, import_runs
 from app.kit.words import run_title, sentence
-from app.scenes.recordings import with_recording
 from core.errors import InputError, MirrorTwinError, StoreError
 from core.exchange.g1000_writer import RATE_HZ, SIDES, g1000_csv, log_name
-from core.exchange.run_archive import MAX_PACKED, MAX_PACKED_RUNS, pack, unpack
-from core.store.records import RunRecord
+from core.exchange.run_archive import MAX_PACKED, MAX_PACKED_RUNS
 from core.store.store import RunStore
-
-logger = logging.getLogger(__name__)
 
 IMPORT_PATH = "/runs/import"
 EXPORT_PATH = "/runs/files"
 ZIP = "application/zip"
 
 _MAX_UPLOADS = 2
-
-
-def export_path(run_ids: list[str]) -> str:
-    """The address of a zip of these runs."""
-    return EXPORT_PATH + "?" + "&".join(f"id={run_id}" for run_id in run_ids)
-
-
-def csv_path(run_id: str, side: str) -> str:
-    """The address of one flight of a run as a G1000 log."""
-    return f"/runs/{run_id}/{side}.csv"
-
-
-def export_runs(store: RunStore, run_ids: list[str], path: Path) -> None:
-    """Pack runs with their recordings; raises `InputError` or `StoreError`."""
-    for run_id in run_ids[:MAX_PACKED_RUNS]:
-        if store.get(run_id).status == "done":
-            with_recording(store, run_id)
-    pack(store, run_ids, path)
-
-
-def import_runs(store: RunStore, path: Path) -> list[RunRecord]:
-    """Unpack runs, and record those that came without a recording."""
-    records = unpack(store, path)
-    for record in records:
-        try:
-            with_recording(store, record.id)
-        except MirrorTwinError as error:  # the runs are in; the recording is made when it is asked
-            logger.warning("no recording of run %s: %s", record.id, error)
-    return records
 
 
 def mount(app: FastAPI, store: RunStore) -> None:
@@ -106,27 +73,27 @@ def mount(app: FastAPI, store: RunStore) -> None:
         if uploads.locked():
             return _refusal("Other files are being imported; try again in a moment.", 429)
         async with uploads:
-            return await _received(store, request)
+            return await _receive(store, request)
 
 
-async def _received(store: RunStore, request: Request) -> Response:
+async def _receive(store: RunStore, request: Request) -> Response:
     try:
         with tempfile.TemporaryDirectory(prefix="mirrortwin-") as folder:
             path = Path(folder) / "upload.zip"
-            if not await _kept(request, path):
+            if not await _save_body(request, path):
                 return _refusal(f"The file is larger than {MAX_PACKED >> 20} MB.", 413)
             records = await asyncio.to_thread(import_runs, store, path)
     except ClientDisconnect:
-        return _refusal("The upload was broken off.", 400)
+        return _refusal("The upload was interrupted.", 400)
     except OSError as error:
-        return _refusal(f"The upload could not be kept: {error.strerror}.", 507)
+        return _refusal(f"The upload could not be stored: {error.strerror}.", 507)
     except MirrorTwinError as error:
-        return _refusal(_said(error), 422 if isinstance(error, InputError) else 507)
+        return _refusal(_message(error), 422 if isinstance(error, InputError) else 507)
     done = [{"id": record.id, "title": run_title(record)} for record in records]
     return JSONResponse({"imported": done})
 
 
-async def _kept(request: Request, path: Path) -> bool:
+async def _save_body(request: Request, path: Path) -> bool:
     """Write the body to ``path`` as it comes; False once it is too large, announced or not."""
     announced = request.headers.get("content-length", "0")
     size = int(announced) if announced.isdigit() else 0
@@ -143,10 +110,10 @@ async def _kept(request: Request, path: Path) -> bool:
 
 
 def _problem(error: MirrorTwinError) -> Response:
-    return PlainTextResponse(_said(error), 404 if isinstance(error, StoreError) else 422)
+    return PlainTextResponse(_message(error), 404 if isinstance(error, StoreError) else 422)
 
 
-def _said(error: MirrorTwinError) -> str:
+def _message(error: MirrorTwinError) -> str:
     """The error as a sentence."""
     text = str(error)
     if isinstance(error, InputError) and error.field == "file":

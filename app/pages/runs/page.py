@@ -1,7 +1,7 @@
-"""The page *Runs*: every run that the store holds, to find, mark, compare, take along, throw away.
+"""The page *Runs*: every stored run, to find, label, compare, export and delete.
 
-What people wrote (tags, notes) goes into cells as text: the grid's renderers in ``assets/runs.js``
-make elements of it and never markup.
+Tags and notes go into cells as text: the grid's renderers in ``assets/runs.js`` turn them into
+elements and never into markup.
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,10 +28,10 @@ COMPARE_ID, EXPORT_ID, ZIP_ID, FAULTED_ID, MIRROR_ID, DELETE_ID, IMPORT_ID, IMPO
     "runs-delete", "runs-import", "runs-imported",
 )  # fmt: skip
 
-SHOWN = 5000
-"""So many runs, the newest, are in the grid: some 2 MB."""
+MAX_ROWS = 5000
+"""Number of runs in the grid, the newest: some 2 MB."""
 
-POLL_MS = 2000
+ROWS_POLL_MS = 2000
 
 Row = dict[str, Any]
 
@@ -42,14 +42,14 @@ def layout(
     gone: Sequence[str],
     imported: int = 0,
 ) -> html.Div:
-    """All runs, ``records`` newest first, with what is written on them.
+    """All runs, ``records`` newest first, with their labels.
 
-    ``gone``: those that were thrown away and can still be had back. ``imported``: how many have
-    just come in.
+    ``gone``: deleted runs that can still be restored. ``imported``: the number of runs imported
+    just now.
     """
-    rows = [row_of(record, labels.get(record.id, Label())) for record in records[:SHOWN]]
+    rows = [row_of(record, labels.get(record.id, Label())) for record in records[:MAX_ROWS]]
     flying = [record.id for record in records if not record.finished]
-    more = f"the newest {SHOWN:,} of {len(records):,}" if len(records) > SHOWN else ""
+    more = f"the newest {MAX_ROWS:,} of {len(records):,}" if len(records) > MAX_ROWS else ""
     return html.Div(
         [
             html.Div(
@@ -72,7 +72,7 @@ def layout(
             dcc.Store(id=CHOSEN_ID, data=[]),
             dcc.Store(id=IMPORTED_ID, data=None),
             dcc.Store(id="runs-flying", data=flying),
-            dcc.Interval(id=CLOCK_ID, interval=POLL_MS, disabled=not flying),
+            dcc.Interval(id=CLOCK_ID, interval=ROWS_POLL_MS, disabled=not flying),
         ],
         className="panel runs-page",
     )  # fmt: skip
@@ -119,11 +119,11 @@ def _actions() -> list[Any]:
                 dmc.MenuDropdown(
                     [
                         item(ZIP_ID, "Everything, as a zip",
-                             "Parquet, Rerun recording, report; imports here again"),
+                             "Parquet, Rerun recording, report; can be imported again"),
                         item(FAULTED_ID, "Faulted flight, as a G1000 log",
-                             "CSV, a row a second, for the usual viewers"),
+                             "CSV, one row a second, for G1000 log viewers"),
                         item(MIRROR_ID, "Mirror flight, as a G1000 log",
-                             "The same flight in health"),
+                             "The same flight without the fault"),
                     ]
                 ),
             ],
@@ -135,7 +135,7 @@ def _actions() -> list[Any]:
 
 
 def _notice(gone: Sequence[str], imported: int) -> html.Div:
-    """What was done last, and a way back. It stays for a day: so long a run can be had back."""
+    """What was done last, with Undo for as long as deleted runs can be restored."""
     words = [f"{imported} run{'s' if imported > 1 else ''} imported."] if imported else []
     words += [gone_words(len(gone))] if gone else []
     return html.Div(
@@ -150,26 +150,24 @@ def _notice(gone: Sequence[str], imported: int) -> html.Div:
     )  # fmt: skip
 
 
-def gone_words(n: int, *, for_good: bool = False) -> str:
-    """What was thrown away, and whether it can be had back.
+def gone_words(n: int, *, is_final: bool = False) -> str:
+    """The notice after a deletion, and whether it can be undone.
 
     >>> gone_words(1)
-    '1 run deleted. It can be had back for a day, or until a full disk needs its room.'
-    >>> gone_words(2, for_good=True)
-    '2 runs deleted for good: the disk was full.'
+    '1 run deleted. You can undo this for 24 hours, or until the disk is full.'
+    >>> gone_words(2, is_final=True)
+    '2 runs deleted permanently: the disk was full.'
     """
-    what, they, their = (f"{n} runs", "They", "their") if n > 1 else ("1 run", "It", "its")
-    if for_good:
-        return f"{what} deleted for good: the disk was full."
-    return f"{what} deleted. {they} can be had back for a day, or until a full disk needs " + (
-        f"{their} room."
-    )
+    what = f"{n} runs" if n > 1 else "1 run"
+    if is_final:
+        return f"{what} deleted permanently: the disk was full."
+    return f"{what} deleted. You can undo this for 24 hours, or until the disk is full."
 
 
 def _empty() -> html.Div:
     return html.Div(
         [
-            html.P("Every flight is kept here: what was flown, what was found, what you noted."),
+            html.P("Every flight is kept here, with its diagnosis and your notes."),
             html.P([dcc.Link("Fly the first one", href="/"), ", or import one that a colleague "
                     "exported."]),
         ],
@@ -215,7 +213,7 @@ def _columns() -> list[dict[str, Any]]:
     def written(field: str, head: str, width: int, **more: Any) -> dict[str, Any]:
         return {
             "field": field, "headerName": head, "width": width, "flex": 1, "editable": True,
-            "headerTooltip": "Double click, or press Enter, to write", **more,
+            "headerTooltip": "Double-click or press Enter to edit", **more,
         }  # fmt: skip
 
     return [

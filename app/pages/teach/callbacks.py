@@ -1,4 +1,4 @@
-"""The wiring of the page *Teach*. What is hidden is kept by `core.teach.classroom`, not here."""
+"""The callbacks of the page *Teach*. What is hidden is kept by `core.teach.classroom`."""
 
 import asyncio
 import logging
@@ -9,6 +9,7 @@ from dash import Dash, Input, Output, State, html, no_update, set_props
 from dash.exceptions import PreventUpdate
 
 from app.figures.mystery import mystery_flight, shown_marks
+from app.kit.addresses import TEACH_PREFIX, teach_path
 from app.kit.wiring import in_browser
 from app.pages.teach import page as teach
 from app.pages.teach import reveal as teach_reveal
@@ -26,7 +27,7 @@ logger = logging.getLogger(__name__)
 _LEARNER = re.compile(r"[A-Za-z0-9]{16,40}")
 
 
-def layout(attempt_id: str | None, classroom: Classroom) -> html.Div:
+def current_layout(attempt_id: str | None, classroom: Classroom) -> html.Div:
     """The page at ``/teach``, or that of one mystery flight as it stands."""
     if attempt_id is None:
         return teach_start.start_layout()
@@ -61,7 +62,7 @@ def _register_start(app: Dash, classroom: Classroom) -> None:
         prevent_initial_call=True,
     )
     async def past(learner: str | None) -> Any:
-        """What this browser has flown."""
+        """The flights of this browser."""
         if not _is_learner(learner):
             raise PreventUpdate
         try:
@@ -92,7 +93,7 @@ def _register_start(app: Dash, classroom: Classroom) -> None:
             attempt = await asyncio.to_thread(classroom.start, challenge, learner)
         except MirrorTwinError as error:
             return str(error)
-        set_props("url", {"pathname": teach.teach_path(attempt.id)})
+        set_props("url", {"pathname": teach_path(attempt.id)})
         return ""
 
 
@@ -107,11 +108,11 @@ def _register_marks(app: Dash, classroom: Classroom) -> None:
         prevent_initial_call=True,
     )
     async def mark(claim: dict[str, Any] | None, path: str) -> tuple[Any, Any, Any]:
-        """Put a mark, or take one away."""
+        """Set a mark, or remove one."""
         if not isinstance(claim, dict):
             raise PreventUpdate
         try:
-            attempt = await asyncio.to_thread(_marked, classroom, _id_of(path), claim)
+            attempt = await asyncio.to_thread(_change_marks, classroom, _id_of(path), claim)
         except MirrorTwinError as error:
             return no_update, no_update, _problem(error)
         return shown_marks(attempt.marks), teach.evidence_list(attempt.marks), None
@@ -151,13 +152,13 @@ def _register_end(app: Dash, classroom: Classroom, store: RunStore) -> None:
         prevent_initial_call=True,
     )
     async def submit(clicks: int | None, answer: str | None, path: str) -> tuple[Any, Any, Any]:
-        """Score the answer and tell what it was."""
+        """Score the answer and show the fault."""
         if not clicks:
             raise PreventUpdate
         if not isinstance(answer, str):
             return no_update, "name a fault first", no_update
         try:
-            return await _ended(classroom, store, _id_of(path), answer), no_update, no_update
+            return await _end_attempt(classroom, store, _id_of(path), answer), no_update, no_update
         except MirrorTwinError as error:
             return no_update, None, _problem(error)
 
@@ -170,27 +171,27 @@ def _register_end(app: Dash, classroom: Classroom, store: RunStore) -> None:
         prevent_initial_call=True,
     )
     async def give_up(clicks: int | None, path: str) -> tuple[Any, Any]:
-        """Tell what it was, for no points."""
+        """Show the fault, for no points."""
         if not clicks:
             raise PreventUpdate
         try:
-            return await _ended(classroom, store, _id_of(path), None), no_update
+            return await _end_attempt(classroom, store, _id_of(path), None), no_update
         except MirrorTwinError as error:
             return no_update, _problem(error)
 
 
-async def _ended(
+async def _end_attempt(
     classroom: Classroom, store: RunStore, attempt_id: str, answer: str | None
 ) -> html.Div:
     attempt = await asyncio.to_thread(classroom.submit, attempt_id, answer)
-    page = await asyncio.to_thread(layout, attempt_id, classroom)
+    page = await asyncio.to_thread(current_layout, attempt_id, classroom)
     if attempt.run_id is not None:
         asyncio.get_running_loop().run_in_executor(None, _record, store, attempt.run_id)
     return page
 
 
 def _record(store: RunStore, run_id: str) -> None:
-    """Write the recording that a run flown in the open would have."""
+    """Write the recording that any other run has."""
     try:
         with_recording(store, run_id)
     except MirrorTwinError as error:
@@ -205,7 +206,7 @@ def _flight(attempt: Attempt, classroom: Classroom) -> dict[str, Any]:
     return mystery_flight(classroom.readings(attempt.id), classroom.mirror(attempt.id), onset_s)
 
 
-def _marked(classroom: Classroom, attempt_id: str, claim: dict[str, Any]) -> Attempt:
+def _change_marks(classroom: Classroom, attempt_id: str, claim: dict[str, Any]) -> Attempt:
     channel = str(claim.get("channel"))
     if claim.get("direction") is None:
         return classroom.unmark(attempt_id, channel)
@@ -219,12 +220,12 @@ def _challenge(level: str, modes: str, code: str | None) -> Challenge:
         raise InputError("level", f"must be one of {', '.join(item.id for item in LEVELS)}")
     if modes not in mode_sets():
         raise InputError("modes", f"must be one of {', '.join(mode_sets())}")
-    asked = (code or "").strip() or None
-    return Challenge(chosen.severity_low, chosen.severity_high, mode_sets()[modes], asked)
+    chosen_code = (code or "").strip() or None
+    return Challenge(chosen.severity_low, chosen.severity_high, mode_sets()[modes], chosen_code)
 
 
 def _id_of(path: str) -> str:
-    return path.removeprefix(teach.TEACH_PREFIX)
+    return path.removeprefix(TEACH_PREFIX)
 
 
 def _is_learner(learner: object) -> TypeGuard[str]:

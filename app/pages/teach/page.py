@@ -12,15 +12,13 @@ from dash import dcc, html
 
 from app.figures.mystery import mark_words, shown_marks
 from app.kit.attributes import attributes
+from app.kit.channel_panels import channel_panels
 from app.kit.terms import term
 from app.kit.words import mode_name
-from app.pages.fly.channel_panels import channel_panels
 from core.channels import Channel, unit_label
 from core.clock import clock
 from core.teach.attempt import Attempt
 from core.teach.scoring import RULES, Mark
-
-TEACH_PREFIX = "/teach/"
 
 FLIGHT_ID, MARKS_ID, MARK_ID, EVIDENCE_ID, DRAWN_ID = (
     "mystery-flight",
@@ -38,15 +36,10 @@ ANSWER_ID, SUBMIT_ID, GIVE_UP_ID, HINT_ID, NOTE_ID = (
 )
 
 
-def teach_path(attempt_id: str) -> str:
-    """The address of a mystery flight."""
-    return TEACH_PREFIX + attempt_id
-
-
 def attempt_layout(
     attempt: Attempt, altitude_ft: float, speed_kt: float, flight: dict[str, Any]
 ) -> html.Div:
-    """An open mystery flight: the sensors, and what the learner makes of them."""
+    """An open mystery flight: the sensors, the marked evidence, and the answer."""
     return html.Div(
         [
             html.Aside(
@@ -68,7 +61,7 @@ def attempt_layout(
 
 
 def stores(attempt: Attempt, flight: dict[str, Any]) -> list[dcc.Store]:
-    """What `assets/teach.js` draws."""
+    """The stores that `assets/teach.js` draws."""
     return [
         dcc.Store(id=FLIGHT_ID, data=flight),
         dcc.Store(id=MARKS_ID, data=shown_marks(attempt.marks)),
@@ -107,7 +100,7 @@ def evidence_list(marks: Sequence[Mark]) -> html.Ul | html.P:
 
 
 def charts() -> html.Div:
-    """The 23 charts, grouped by subsystem; each is a slider over the flight's time."""
+    """A chart for each channel, grouped by subsystem; each is a slider over the flight's time."""
     return html.Div(channel_panels(_chart, "sensors"), className="charts")
 
 
@@ -207,9 +200,9 @@ def _answer_panel(attempt: Attempt) -> html.Section:
                     dcc.ConfirmDialogProvider(
                         dmc.Button("Give up", size="sm", variant="default"),
                         id=GIVE_UP_ID,
-                        message="Give up and see what it was? That scores nothing.",
+                        message="Give up and see the fault? That scores nothing.",
                     ),
-                    html.A("What the faults look like", href="/faults", target="_blank",
+                    html.A("Signatures of the faults", href="/faults", target="_blank",
                            className="note"),
                 ],
                 className="mystery-buttons",

@@ -1,4 +1,4 @@
-"""A mystery flight that is over: what it was, what it showed, and what the answer is worth."""
+"""A mystery flight that is over: the fault, the evidence for it, and the score."""
 
 from typing import Any
 
@@ -6,12 +6,10 @@ from dash import dcc, html
 
 from app.figures.mystery import DIRECTION_WORDS
 from app.figures.signature import signed
+from app.kit.addresses import fault_path, run_path
 from app.kit.attributes import attributes
-from app.kit.words import mode_name, percent
-from app.pages.faults.page import fault_path
-from app.pages.fly.setup import takes_cylinder
+from app.kit.words import mode_name, takes_cylinder
 from app.pages.teach.page import charts, stores
-from app.shell import run_path
 from core.channels import channel, unit_label
 from core.clock import clock
 from core.diagnosis.diagnosis import Evidence
@@ -19,6 +17,7 @@ from core.knowledge.knowledge import knowledge
 from core.teach.attempt import Attempt
 from core.teach.classroom import Truth
 from core.teach.scoring import RULES, Score, Verdict
+from core.units import percent
 
 SHOWN_EVIDENCE = 8
 
@@ -31,7 +30,7 @@ VERDICT_WORDS: dict[Verdict, str] = {
 
 
 def reveal_layout(attempt: Attempt, truth: Truth, flight: dict[str, Any]) -> html.Div:
-    """The whole truth, beside the charts with mirror and onset."""
+    """The fault, the evidence and the score, beside the charts with mirror and onset."""
     score = attempt.score
     return html.Div(
         [
@@ -105,7 +104,7 @@ def _truth_panel(attempt: Attempt, truth: Truth) -> html.Section:
         links.insert(0, dcc.Link("Open the full run", href=run_path(attempt.run_id)))
     return html.Section(
         [
-            html.P("It was", className="note"),
+            html.P("The fault was", className="note"),
             html.H1(written.name, id="mystery-truth"),
             html.P([html.B(facts), " ", "" if healthy else written.mechanism], className="prose"),
             *_answered(attempt, fault.mode),
@@ -117,12 +116,12 @@ def _truth_panel(attempt: Attempt, truth: Truth) -> html.Section:
             html.Div(links, className="link-row"),
         ],
         className="panel reveal-truth",
-        **attributes(aria_label="What it was"),
+        **attributes(aria_label="The fault"),
     )
 
 
 def _answered(attempt: Attempt, truth: str) -> list[html.P]:
-    """What the learner said, and how to tell it from what it was."""
+    """The learner's answer, and how to distinguish it from the fault."""
     if attempt.answer is None:
         return [html.P("You gave up.")]
     if attempt.answer == truth:
@@ -149,7 +148,7 @@ def _evidence_panel(attempt: Attempt, truth: Truth, score: Score) -> html.Sectio
         html.Tr(
             [
                 html.Th(channel(name).label, scope="row"),
-                html.Td("held its course"),
+                html.Td("did not move"),
                 html.Td(""),
                 html.Td(""),
                 html.Td(VERDICT_WORDS["still"], className="verdict-wrong"),
@@ -173,13 +172,13 @@ def _evidence_panel(attempt: Attempt, truth: Truth, score: Score) -> html.Sectio
         )
     return html.Section(
         [
-            html.H2("The evidence there was", className="panel-title"),
+            html.H2("The evidence", className="panel-title"),
             html.Div(body, className="scroll-x", tabIndex=0, role="group",
                      **attributes(aria_label="Evidence")),
             html.P(f"and {left} channels that moved less", className="note") if left > 0 else None,
         ],
         className="panel reveal-evidence",
-        **attributes(aria_label="The evidence there was"),
+        **attributes(aria_label="The evidence"),
     )  # fmt: skip
 
 

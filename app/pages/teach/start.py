@@ -1,4 +1,4 @@
-"""The page *Teach*: how a mystery flight goes, what it is worth, and those flown so far."""
+"""The start of *Teach*: the rules of a mystery flight, its form, and the flights so far."""
 
 from collections.abc import Sequence
 from datetime import datetime
@@ -7,9 +7,10 @@ from typing import Any
 import dash_mantine_components as dmc
 from dash import dcc, html
 
+from app.kit.addresses import teach_path
 from app.kit.attributes import attributes
 from app.kit.words import mode_name
-from app.pages.teach.page import teach_path
+from core.channels import N_CHANNELS
 from core.clock import clock
 from core.teach.attempt import Attempt
 from core.teach.challenge import ALL_MODES, LEVELS, mode_sets
@@ -24,7 +25,7 @@ START_ID, START_ERROR_ID, PAST_ID, LEARNER_ID = (
 
 
 def start_layout() -> html.Div:
-    """How it goes, what it is worth, and the button that begins one."""
+    """The steps, the form, the flights so far, and the scoring."""
     return html.Div(
         [
             html.Section([*_introduction(), _start_form()], className="panel teach-start"),
@@ -37,7 +38,7 @@ def start_layout() -> html.Div:
                 **attributes(aria_label="Your mystery flights"),
             ),
             html.Section(
-                [html.H2("What it is worth", className="panel-title"), _rules()], className="panel"
+                [html.H2("Scoring", className="panel-title"), _rules()], className="panel"
             ),
             dcc.Store(id=LEARNER_ID, storage_type="local"),
         ],
@@ -46,13 +47,13 @@ def start_layout() -> html.Div:
 
 
 def past_list(attempts: Sequence[Attempt]) -> Any:
-    """A learner's flights, newest first, each with what it came to."""
+    """A learner's flights, newest first, each with its score."""
     if not attempts:
         return html.P(
-            "None yet in this browser. Each one that you fly is kept here with its score.",
+            "None yet in this browser. Your flights are kept here with their scores.",
             className="note",
         )
-    heads = ("Begun (UTC)", "Severity", "Your answer", "Score", "Time")
+    heads = ("Started (UTC)", "Severity", "Your answer", "Score", "Time")
     return dmc.TableScrollContainer(
         html.Table(
             [
@@ -67,8 +68,11 @@ def past_list(attempts: Sequence[Attempt]) -> Any:
 
 def _introduction() -> list[Any]:
     steps = (
-        ("Watch", "One aircraft, 23 sensors, five minutes. Something may be wrong with it."),
-        ("Mark", "Click a chart where its line leaves its course, and say which way it goes."),
+        (
+            "Watch",
+            f"One aircraft, {N_CHANNELS} sensors, five minutes. Something may be wrong with it.",
+        ),
+        ("Mark", "Click a chart where its line leaves its course, and choose the direction."),
         ("Name", "Name the fault. Then see it beside the healthy mirror, and what you missed."),
     )
     return [
@@ -97,7 +101,7 @@ def _start_form() -> html.Div:
                     fullWidth=True,
                     size="sm",
                 ),
-                label="How plain the fault is",
+                label="Difficulty",
                 labelElement="div",
                 description="severity "
                 + ", ".join(
@@ -150,7 +154,7 @@ def _rules() -> html.Dl:
         ),
         (
             f"−{RULES.mirror_cost} for the mirror",
-            "if you ask to see what the healthy aircraft did",
+            "if you ask to see the healthy aircraft",
         ),
     )
     return html.Dl(
@@ -159,7 +163,7 @@ def _rules() -> html.Dl:
 
 
 def _past_row(attempt: Attempt) -> html.Tr:
-    begun = datetime.fromisoformat(attempt.begun)
+    started = datetime.fromisoformat(attempt.begun)
     asked = attempt.challenge
     if attempt.over:
         answer = "gave up" if attempt.answer is None else mode_name(attempt.answer)
@@ -170,7 +174,8 @@ def _past_row(attempt: Attempt) -> html.Tr:
     return html.Tr(
         [
             html.Td(
-                dcc.Link(f"{begun:%Y-%m-%d %H:%M}", href=teach_path(attempt.id)), className="nowrap"
+                dcc.Link(f"{started:%Y-%m-%d %H:%M}", href=teach_path(attempt.id)),
+                className="nowrap",
             ),
             html.Td(
                 f"{asked.severity_low:g} to {asked.severity_high:g}"

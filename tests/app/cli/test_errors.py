@@ -29,7 +29,10 @@ SIMULATE = ("simulate", "--out", "OUT")
         (("diagnose", "nowhere"), ["DIR:", "nowhere"]),
         (("diagnose", "."), ["DIR:", "faulted.parquet"]),
         (("serve", "--port", "70000"), ["port:", "1 to 65535", "70000"]),
-        (("serve", "--host", "192.0.2.7"), ["host:", "192.0.2.7", "no address of this machine"]),
+        (
+            ("serve", "--host", "192.0.2.7"),
+            ["host:", "192.0.2.7", "not an address of this machine"],
+        ),
         (("serve", "--scheduler", "tcp://10.0.0.5:8786"), ["scheduler:", "--tls-ca", "--insecure"]),
         (("serve", "--scheduler", "tls://10.0.0.5:8786"), ["scheduler:", "certificates"]),
         (("serve", "--tls-ca", "ca.pem"), ["scheduler:", "--scheduler"]),

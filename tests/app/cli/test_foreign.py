@@ -66,7 +66,7 @@ def big(table: pa.Table) -> pa.Table:
         (put("E1 RPM", 7, float("nan")), 2, "holds values that are not finite"),
         (put("time_s", 0, -1e308), 2, "has times outside 0 to 7200 s"),
         (lambda table: table[:-1], 2, "they are not of one flight"),
-        (put("time_s", -1, 500.0), 2, "have other times: they are not of one flight"),
+        (put("time_s", -1, 500.0), 2, "have different times: they are not of one flight"),
     ],
 )
 def test_what_is_no_flight_is_one_clear_line(

@@ -35,9 +35,9 @@ def test_a_flight_is_diagnosed_by_the_model_of_its_conditions_unless_told_otherw
     told = mirrortwin("diagnose", "OUT")
     assert told.returncode == 0, told.stderr
     assert "cnn-paired-field, trained for field conditions" in told.stdout
-    assert "its scores do not hold here" not in told.stderr
+    assert "its scores do not apply here" not in told.stderr
     told = mirrortwin("diagnose", "OUT", "--conditions", "lab")
     assert told.returncode == 0, told.stderr
     assert "cnn-paired-lab, trained for lab conditions" in told.stdout
     assert "flown in field conditions" in told.stderr
-    assert "its scores do not hold here" in told.stderr
+    assert "its scores do not apply here" in told.stderr

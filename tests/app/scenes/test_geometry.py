@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from app.scenes import geometry
 from app.scenes.geometry import Poses
+from app.theme import VERTICAL_SCALE
 from core.twin.trajectory import STATE_INDEX, STATE_NAMES
 
 BODY_NOSE, BODY_LEFT, BODY_TOP = np.eye(3)
@@ -47,7 +48,7 @@ def test_drawn_world_is_kilometres_east_north_and_scaled_up() -> None:
     drawn = geometry.drawn_positions(
         poses(north_m=[2000.0], east_m=[-500.0], altitude_ft=[6000.0]), origin_ft=5000.0
     )
-    np.testing.assert_allclose(drawn, [[-0.5, 2.0, 0.3048 * geometry.VERTICAL_SCALE]])
+    np.testing.assert_allclose(drawn, [[-0.5, 2.0, 0.3048 * VERTICAL_SCALE]])
 
 
 def test_a_turn_through_north_does_not_spin_the_aircraft() -> None:

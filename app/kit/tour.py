@@ -1,4 +1,4 @@
-"""The tour: an invitation on the first visit, and the stops that ``assets/tour.js`` leads to."""
+"""The tour: an invitation on the first visit, and the stops that ``assets/tour.js`` shows."""
 
 import json
 from dataclasses import asdict
@@ -11,7 +11,7 @@ from app.kit.wiring import in_browser
 
 
 def invitation() -> html.Div:
-    """One line above the page, which the browser shows until it has been answered once."""
+    """One line above the page, which the browser shows until it is answered once."""
     stops = tour_stops()
     return html.Div(
         [
@@ -30,7 +30,7 @@ def invitation() -> html.Div:
 
 
 def register(app: Dash) -> None:
-    """Attach the question whether the invitation is to be seen to ``app``."""
+    """Attach the visibility of the invitation to ``app``."""
     in_browser(
         app, "tour", "invite", Output("tour-invitation", "hidden"), Input("page-kind", "data")
     )

@@ -1,10 +1,10 @@
-"""A part of a flight in finer samples, for charts that are zoomed into it.
+"""Finer samples of a part of a flight, for charts that are zoomed into it.
 
     GET  /runs/<id>/detail?from_s=600&to_s=660
 
 The answer is JSON: ``whole``, as a message for the tiles has it (`app.figures.sensors.decimated`),
 with at most as many samples as the whole flight is drawn by; ``until_s``, up to when there are any;
-``is_exact``, true where none was left out. Of a flight in the air it is what has been streamed.
+``is_exact``, true where none was left out. Of a flight in progress it is what has been streamed.
 """
 
 import asyncio
@@ -17,7 +17,7 @@ from fastapi import FastAPI, Request, Response
 from fastapi.responses import PlainTextResponse
 
 from app.figures.axes import Array
-from app.figures.sensors import POINTS_PER_LINE, decimated, packed_lines
+from app.figures.sensors import TILE_POINTS, decimated, packed_lines
 from core.channels import N_CHANNELS
 from core.errors import InputError, MirrorTwinError
 from core.jobs.engine import Engine
@@ -36,7 +36,7 @@ def mount(app: FastAPI, engine: Engine, store: RunStore) -> None:
     @app.get("/runs/{run_id}/detail", include_in_schema=False)
     async def detail(request: Request, run_id: str, from_s: float, to_s: float) -> Response:
         async with free:
-            # A page that zooms on asks anew and hangs up: what it does not want any more is left.
+            # A page that zooms on sends another request and hangs up: skip what it no longer needs.
             if await request.is_disconnected():
                 return Response(status_code=_CLIENT_GONE)
             try:
@@ -49,7 +49,7 @@ def mount(app: FastAPI, engine: Engine, store: RunStore) -> None:
 def part_of(
     engine: Engine, store: RunStore, run_id: str, from_s: float, to_s: float
 ) -> dict[str, Any]:
-    """What a run has between two times; raises `InputError` or `StoreError`."""
+    """The samples of a run between two times; raises `InputError` or `StoreError`."""
     longest_s = PLAN_RANGES["duration_s"][1]
     if not 0.0 <= from_s < to_s <= longest_s:
         raise InputError("from_s", f"must lie below to_s, both in 0 to {longest_s:g} s")
@@ -58,13 +58,13 @@ def part_of(
         return {
             "whole": decimated(time_s, faulted, mirror),
             "until_s": _end(time_s, from_s),
-            "is_exact": len(time_s) <= POINTS_PER_LINE,
+            "is_exact": len(time_s) <= TILE_POINTS,
         }
     return streamed_part(engine.history(run_id), from_s, to_s)
 
 
 def streamed_part(events: Iterable[Event], from_s: float, to_s: float) -> dict[str, Any]:
-    """What has been streamed between two times: 5 Hz, and the extremes of every second."""
+    """The streamed samples between two times: 5 Hz, and the extremes of every second."""
     parts = [
         event
         for event in events

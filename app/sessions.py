@@ -1,50 +1,42 @@
-"""From the engine to the browser: which page shows which run, and the stream that feeds it.
+"""Sessions: which page load shows which run, and the socket that serves it.
 
 A page load is a session, named by an unguessable id. While the page is open, one Dash WebSocket
-callback (`Session.attend`) serves it: it follows the run that the page's address names, and begins
-anew whenever that changes. A session only ever sends what its own run emits, to its own socket.
+callback (`Session.attend`) serves it: it follows the run that the page's address names, and starts
+over whenever that changes. A session only ever sends what its own run emits, to its own socket.
+A `Stream`, which the page *Fly* provides, decides what of a run is sent.
 """
 
 import asyncio
 import logging
-import math
 import re
 import secrets
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 from dash.backends.ws import DashWebsocketCallback
 from dash.exceptions import WebsocketDisconnected
 
-from app.kit.frames import FRAME_S, frames, joined
 from app.kit.wiring import Update, alert
-from app.pages.fly.view import RunView, idle, reported, watched
-from app.report_desk import ReportDesk
 from app.scenes.viser_proxy import ViserScenes
 from app.scenes.viser_scene import ViserScene
 from core.errors import InputError, MirrorTwinError
-from core.jobs import events
-from core.jobs.engine import Engine
-from core.report.grounded import GroundedReport
-from core.store.store import RunStore
 
 logger = logging.getLogger(__name__)
 
-UNEXPECTED = "The server met an error it did not expect; its log says more. Reload to try again."
-
-PATIENCE_S = 0.3
-"""How long a page that turns to a run waits for its first samples, to show them before all else."""
+UNEXPECTED_ERROR = (
+    "The server met an error it did not expect; its log says more. Reload to try again."
+)
 
 APART_S = 0.02
 """Between two messages that are to arrive apart: Dash gathers what it is given within 5 ms."""
 
 ACK_TIMEOUT_S = 20.0
-"""A page that has not taken a frame for so long is gone, or as good as gone."""
+"""A page that has not acknowledged a frame for so long counts as gone."""
 
 HEARTBEAT_S = 60.0
-"""How often a quiet page is asked whether it is still there."""
+"""Interval between two checks that a quiet page is still there."""
 
 LINGER_S = 60.0
 """How long a session outlives its socket: a page may come back from a lost connection."""
@@ -52,8 +44,12 @@ LINGER_S = 60.0
 _SESSION = re.compile(r"[A-Za-z0-9_-]{22}")
 
 
+OpenScene = Callable[[], ViserScene]
+"""Opens the 3D scene of a page on first use: later than what the page shows first."""
+
+
 class PageGoneError(Exception):
-    """The browser page has been closed, or does not answer any more."""
+    """The browser page is closed, or does not answer any more."""
 
 
 def new_session_id() -> str:
@@ -61,8 +57,24 @@ def new_session_id() -> str:
     return secrets.token_urlsafe(16)
 
 
+class Stream(Protocol):
+    """What a session sends to its page."""
+
+    async def run(
+        self, page: "BrowserPage", scene: OpenScene, run_id: str, *, fill_form: bool
+    ) -> None:
+        """Show a run from its first event on, for as long as there may be news of it.
+
+        ``fill_form``: show its settings in the form, too. Raises `MirrorTwinError` and
+        `PageGoneError`.
+        """
+
+    def idle(self) -> list[Update]:
+        """The page without a run."""
+
+
 @dataclass(frozen=True, slots=True)
-class Page:
+class BrowserPage:
     """The adapter to one browser page, over the socket of one Dash callback."""
 
     socket: DashWebsocketCallback
@@ -70,8 +82,8 @@ class Page:
     async def post(self, updates: Iterable[Update]) -> None:
         """Set properties without waiting; of several values for one property the last is sent.
 
-        Figures follow one by one: the page would draw those that come together in one go, and heed
-        nobody until it has.
+        Figures follow one by one: the page would draw figures that arrive together in one go, and
+        not respond until it has.
         """
         latest = {(item.component_id, item.prop): item for item in updates}
         together = [item for item in latest.values() if item.prop != "figure"]
@@ -104,10 +116,8 @@ class Session:
     """One page load: the run it shows, its 3D scene, the callback that serves it."""
 
     id: str
-    engine: Engine
-    store: RunStore
     scenes: ViserScenes
-    desk: ReportDesk
+    stream: Stream
     run_id: str | None = None
     dark: bool = False
     _is_clear: bool = True
@@ -129,13 +139,13 @@ class Session:
             self._turned.set()
 
     def clear(self) -> None:
-        """Note that the page is being laid out anew: nothing stands on it, and nothing is shown."""
+        """Note that the page is laid out again: nothing stands on it, and nothing is shown."""
         self._is_clear = True
         self.show(None, again=True)
 
     @property
     def abandoned(self) -> bool:
-        """Whether the page was served once and is not any more."""
+        """Whether the page was served once and is no longer."""
         return self._attendant is not None and self._attendant.done()
 
     @property
@@ -155,7 +165,7 @@ class Session:
         if scene is not None:
             scene.seek(time_s)
 
-    async def attend(self, page: Page) -> None:
+    async def attend(self, page: BrowserPage) -> None:
         """Serve the page until it is gone, taking over from an earlier socket of this session."""
         if self._attendant is not None:
             self._attendant.cancel()
@@ -170,8 +180,8 @@ class Session:
                     stream.cancel()
                     await asyncio.gather(stream, return_exceptions=True)
 
-    async def _until_turned(self, page: Page, stream: asyncio.Task[None]) -> None:
-        """Wait for another run to be asked for; raise `PageGoneError` once the page is gone."""
+    async def _until_turned(self, page: BrowserPage, stream: asyncio.Task[None]) -> None:
+        """Wait until another run is to be shown; raise `PageGoneError` once the page is gone."""
         turned = asyncio.create_task(self._turned.wait())
         try:
             await asyncio.wait({turned, stream}, return_when=asyncio.FIRST_COMPLETED)
@@ -184,126 +194,58 @@ class Session:
         finally:
             turned.cancel()
 
-    async def _stream(self, page: Page, run_id: str | None) -> None:
+    async def _stream(self, page: BrowserPage, run_id: str | None) -> None:
         """Show one run from where it stands to its end; errors become an alert on the page."""
         try:
             if run_id is not None:
                 self._is_clear = False
-                await self._show_run(page, run_id)
+                await self.stream.run(page, self.scene, run_id, fill_form=self._fill_form)
             elif not self._is_clear:
                 self._is_clear = True
                 self.scene().reset()
-                await page.send(idle())
+                await page.send(self.stream.idle())
         except MirrorTwinError as error:
             await page.send([alert("error", "This run cannot be shown", str(error))])
         except PageGoneError:
             raise
         except Exception:
             logger.exception("showing run %s failed", run_id)
-            await page.send([alert("error", "Something went wrong", UNEXPECTED)])
-
-    async def _show_run(self, page: Page, run_id: str) -> None:
-        record = await asyncio.to_thread(self.store.get, run_id)
-        view = RunView(record)
-        subscription = self.engine.subscribe(run_id)
-        await page.post(view.opening(fill_form=self._fill_form))
-        seen: dict[type[events.Event], events.Event] = {}
-        in_place = False
-        try:
-            async for batch in frames(subscription, patience_s=PATIENCE_S):
-                seen.update((type(event), event) for event in batch)
-                updates = await asyncio.to_thread(view.changes, batch)
-                if samples := joined(batch):
-                    view.taken = await page.send(updates)
-                if not in_place:
-                    # What costs the browser most comes once the first samples are painted.
-                    in_place = True
-                    await asyncio.sleep(FRAME_S if samples else 0.0)
-                    self.scene().reset(view.duration_s, view.onset_s)
-                    await page.post(view.resting())
-                if samples:
-                    await asyncio.to_thread(self.scene().extend, samples)
-                else:
-                    await page.post(updates)
-        finally:
-            subscription.close()
-        if events.Finished in seen:
-            told = seen.get(events.Reported)
-            report = await self._show_whole(
-                page, view, told.report if isinstance(told, events.Reported) else None
-            )
-            await self._show_writing(page, run_id, report)
-
-    async def _show_whole(
-        self, page: Page, view: RunView, told: GroundedReport | None
-    ) -> GroundedReport:
-        """The finished run at full rate, from the store; returns the report that stands.
-
-        ``told``: the report that the page shows, None if it was not there to see the run end.
-        """
-        run_id = view.record.id
-        diagnosis, report = await asyncio.to_thread(self.store.load_result, run_id)
-        if told is None:
-            await page.send(view.diagnosed(diagnosis))
-        if report != told:
-            await page.send(reported(run_id, report))
-        # First what is looked at first: of two hours the channels are a third of what is stored.
-        channels = await asyncio.to_thread(self.store.load_channels, run_id, 0.0, math.inf)
-        await page.send(await asyncio.to_thread(view.tiles, *channels))
-        await page.send(await asyncio.to_thread(view.strip, *channels))
-        del channels
-        pair = await asyncio.to_thread(self.store.load_pair, run_id)
-        await page.send(await asyncio.to_thread(view.happened, pair))
-        await asyncio.to_thread(self.scene().show, pair, view.onset_s)
-        return report
-
-    async def _show_writing(self, page: Page, run_id: str, stored: GroundedReport) -> None:
-        """Reports written anew and answers to questions, for as long as the run is shown."""
-        async for job in self.desk.watch(run_id, HEARTBEAT_S):
-            if job is None:
-                await page.send(())
-                continue
-            await page.send(await asyncio.to_thread(watched, job, stored))
-            if job.over and job.question is None:
-                stored = job.outcome or stored
+            await page.send([alert("error", "Something went wrong", UNEXPECTED_ERROR)])
 
 
 class Sessions:
-    """The page loads that this server knows."""
+    """The sessions of all page loads of this server."""
 
-    def __init__(
-        self, engine: Engine, store: RunStore, scenes: ViserScenes, desk: ReportDesk
-    ) -> None:
-        """Start with none."""
-        self._engine, self._store, self._scenes, self._desk = engine, store, scenes, desk
+    def __init__(self, scenes: ViserScenes, stream: Stream) -> None:
+        """Start with none; each opens its scene in ``scenes`` and sends what ``stream`` gives."""
+        self._scenes, self._stream = scenes, stream
         self._sessions: dict[str, Session] = {}
 
     def get(self, session_id: str) -> Session:
-        """The session of that id, made if need be; raises `InputError` for no possible id.
+        """The session of an id, created if need be; raises `InputError` for no possible id.
 
-        An id that this process did not give is welcome: its page has outlived a server restart.
-        Call it on the event loop: what no page comes for is let go after `LINGER_S`.
+        An id that this process did not issue is accepted: its page has outlived a server restart.
+        Call it on the event loop: a session that no page attends is closed after `LINGER_S`.
         """
         if not isinstance(session_id, str) or not _SESSION.fullmatch(session_id):
-            raise InputError("session", "is not one that this server gives")
+            raise InputError("session", "is not a session id of this server")
         if session_id not in self._sessions:
-            session = self._sessions[session_id] = Session(
-                session_id, self._engine, self._store, self._scenes, self._desk
-            )
-            asyncio.get_running_loop().call_later(LINGER_S, self._let_go, session)
+            session = Session(session_id, self._scenes, self._stream)
+            self._sessions[session_id] = session
+            asyncio.get_running_loop().call_later(LINGER_S, self._release, session)
         return self._sessions[session_id]
 
-    async def attend(self, session_id: str, run_id: str | None, page: Page) -> None:
-        """Serve a page until it is gone, then let go of what it held."""
+    async def attend(self, session_id: str, run_id: str | None, page: BrowserPage) -> None:
+        """Serve a page until it is gone, then release its resources."""
         session = self.get(session_id)
         if run_id is not None:
             session.run_id = run_id
         try:
             await session.attend(page)
         finally:
-            asyncio.get_running_loop().call_later(LINGER_S, self._let_go, session)
+            asyncio.get_running_loop().call_later(LINGER_S, self._release, session)
 
-    def _let_go(self, session: Session) -> None:
+    def _release(self, session: Session) -> None:
         is_wanted = not (session.abandoned or session.is_unattended)
         if not is_wanted and self._sessions.get(session.id) is session:
             del self._sessions[session.id]

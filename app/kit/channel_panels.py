@@ -1,4 +1,4 @@
-"""The 23 channels of a page, in panels by subsystem."""
+"""All channels of a page, in panels by subsystem."""
 
 from collections.abc import Callable
 from itertools import groupby
@@ -12,9 +12,9 @@ SUBSYSTEM_ORDER = ("engine", "fuel", "oil", "electrical", "flight")
 
 
 def channel_panels(tile: Callable[[int, Channel], html.Figure], shown: str) -> list[html.Section]:
-    """A panel a subsystem, with the ``tile`` of each of its channels, given by number and channel.
+    """A panel for each subsystem, with the ``tile`` of each channel, by number and channel.
 
-    ``shown`` says to a screen reader what a panel shows of them: "sensors", say.
+    ``shown`` names the content of a panel for screen readers, such as "sensors".
     """
     numbered = sorted(
         enumerate(CHANNELS), key=lambda item: SUBSYSTEM_ORDER.index(item[1].subsystem)
