@@ -13,9 +13,7 @@ import pytest
 from jobs_support import CRACK, SHORT_PLAN, a_diagnosis, a_report
 
 from core.errors import StoreError
-from core.files import read_json, write_json
 from core.fmea.fault import Fault
-from core.report.report import Report, Section
 from core.store.store import SERVER_STOPPED, RunStore, default_root
 from core.twin.plan import Plan
 from core.twin.trajectory import Pair
@@ -223,20 +221,6 @@ def test_a_report_can_be_written_anew(store: RunStore) -> None:
     assert diagnosis.to_dict() == a_diagnosis().to_dict()
     with pytest.raises(StoreError, match="queued"):
         store.save_report(store.create(SHORT_PLAN, CRACK).id, other)
-
-
-def test_a_report_stored_as_plain_text_is_checked_when_read(store: RunStore) -> None:
-    record = store.create(SHORT_PLAN, CRACK)
-    store.save_result(record.id, a_diagnosis(), REPORT)
-    path = store.root / "runs" / record.id / "run.json"
-    old = Report(
-        (Section("Conclusion", "CHT 1 rose by 12.5 °F. CHT 1 fell by 40 °F."),), "template"
-    )
-    values = read_json(path) | {"report": old.to_dict()}
-    del values["sha256"]  # which came later
-    write_json(path, values)
-    _, report = store.load_result(record.id)
-    assert [item.kept for item in report.sentences] == [True, False]
 
 
 def test_a_changed_digit_in_run_json_is_found(store: RunStore) -> None:
