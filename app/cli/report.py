@@ -28,22 +28,22 @@ examples:
   mirrortwin report flight --format pdf --out report.pdf
   mirrortwin report flight --writer local --format json
   mirrortwin report flight --ask "why not the oil cooler?"
-
-writers:
-  template   offline, the default
-  model      the endpoint in MIRRORTWIN_LLM_URL, MIRRORTWIN_LLM_MODEL and MIRRORTWIN_LLM_KEY, e.g.
-             https://api.deepseek.com/v1 and deepseek-chat, or Ollama's http://127.0.0.1:11434/v1
-  local      a small model on this machine, without a network (the local-llm extra)
 """
 FORMATS = ("markdown", "html", "pdf", "json")
-WRITERS = ("template", "model", "local")
 
 
 def configure(parser: argparse.ArgumentParser) -> None:
-    """Add the options of this command."""
+    """Add the options of this command, and its writers to the help."""
+    from core.report.write.offers import WRITERS
+
+    writers = "".join(
+        f"  {row.kind:<11}{row.help.replace(chr(10), chr(10) + 13 * ' ')}\n" for row in WRITERS
+    )
+    parser.epilog = f"{EXAMPLES}\nwriters:\n{writers}"
+    kinds = [row.kind for row in WRITERS]
     parser.add_argument("run_id", metavar="RUN", help="a run id, or a folder written by simulate")
     parser.add_argument("--format", choices=FORMATS, default="markdown", help="default: markdown")
-    parser.add_argument("--writer", choices=WRITERS, default="template", help="default: template")
+    parser.add_argument("--writer", choices=kinds, default=kinds[0], help=f"default: {kinds[0]}")
     parser.add_argument("--ask", metavar="QUESTION", help="answer a question instead")
     parser.add_argument(
         "--out", type=Path, metavar="FILE", help="write to a file, not the terminal"

@@ -29,6 +29,9 @@ _NO_PART = re.compile(r"(?:ly|wards?|ous|able|ible|ful|less|ness|ability|ibility
 
 _COMPARED = re.compile(r"(?:([b-df-hj-np-tv-z])\1)?(?:er|est)$")
 _INFLECTED = re.compile(r"(?:s|ed|ing|ly)$")
+COVERED = 0.5
+"""A text states a sentence in other words if it has this share of the sentence's terms."""
+
 _one_word_at_a_time = Lock()
 """A stemmer keeps the word it works on in itself, and reports are checked on several threads."""
 
@@ -113,6 +116,11 @@ def terms(text: str) -> frozenset[str]:
 def known_terms(said: frozenset[str], known: frozenset[str]) -> frozenset[str]:
     """Those stems of ``said`` that are ``known``, comparatives included ("thinner" by "thin")."""
     return frozenset(item for item in said if item in known or _COMPARED.sub(r"\1", item) in known)
+
+
+def is_covered(telling: frozenset[str], said: frozenset[str]) -> bool:
+    """Whether a text with the stems ``said`` states a sentence with the terms ``telling``."""
+    return len(telling & said) >= COVERED * len(telling)
 
 
 def _words(text: str) -> list[str]:

@@ -1,25 +1,28 @@
-"""A report whose every sentence was checked before it counts, whoever wrote it.
+"""A report in which every sentence is true by construction or checked, whoever wrote it.
 
-A language model's text is checked sentence by sentence as it streams. What is contradicted or comes
-from nowhere is struck, visibly; what the report then lacks (the verdict, causal steps, evidence,
-rivals, actions) the template adds, marked as such. However the model fails, a complete report
-comes out, with a note of what happened.
+The template makes statements out of facts. A language model's text is checked sentence by sentence
+as it streams: what is contradicted or unsupported is struck, visibly, and what the report then
+lacks (the verdict, causal steps, evidence, rivals, actions) the template adds, marked as such.
+However the model fails, the result is a complete report, with a note of what happened.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
+from core.knowledge.lexicon import terms
 from core.report.case.case import Case
 from core.report.check.checker import CheckedSentence, Checker
+from core.report.check.known import normal
 from core.report.check.metrics import Metrics, measure
-from core.report.check.sentences import Sentence, SentenceSplitter, sentences
-from core.report.check.statements import normal
-from core.report.report import SECTION_TITLES, Report, Section
-from core.report.template.supplement import supplement
-from core.report.template.template import WRITER
+from core.report.check.vouched import vouched
+from core.report.sections import SECTIONS, Content, Section, supplement
+from core.report.sentences import Sentence, SentenceSplitter
+from core.report.statement import Statement
+from core.report.stored import upgraded
+from core.report.template.cross_check import TABLE_HEAD
 from core.report.write.endpoint import WriterError
-from core.report.write.writers import TemplateWriter, Writer, template_section
+from core.report.write.writers import TEMPLATE, TemplateWriter, Writer
 
 MAX_FAILURES = 2
 """After this many failed sections a model is not asked again."""
@@ -28,12 +31,9 @@ MAX_SENTENCES = 60
 """The most sentences of one section that are taken from a model."""
 
 MAX_REPEATS = 2
-"""A model that has said this many things again in one section is stopped: it has got stuck."""
+"""A model that has repeated itself this often in one section is stopped: it is stuck."""
 
 Origin = Literal["writer", "template"]
-
-TABLE_HEADER = "| Channel | Interval | Shift | Size | Verdict |"
-_RULE = "| --- | --- | --- | --- | --- |"
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +46,7 @@ class GroundedSentence:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON-ready values."""
-        return asdict(self)
+        return {"checked": self.checked.to_dict(), "origin": self.origin, "kept": self.kept}
 
     @classmethod
     def from_dict(cls, values: dict[str, Any]) -> "GroundedSentence":
@@ -69,28 +69,38 @@ class GroundedReport:
     final: Metrics
 
     @property
-    def report(self) -> Report:
-        """The sentences that were kept, as a report."""
-        return Report(
-            tuple(
-                Section(
-                    title, as_markdown([s for s in self.sentences if s.checked.section == title])
-                )
-                for title in SECTION_TITLES
-            ),
-            self.writer,
+    def is_trusted(self) -> bool:
+        """Whether all of it is the template's: true by construction."""
+        return self.writer == TEMPLATE
+
+    def section(self, title: str) -> tuple[GroundedSentence, ...]:
+        """The sentences of one section that were kept."""
+        return tuple(item for item in self.sentences if item.kept and item.checked.section == title)
+
+    @property
+    def markdown(self) -> str:
+        """The sections as one Markdown text."""
+        return "\n\n".join(
+            f"## {section.title}\n\n{as_markdown(self.section(section.title))}"
+            for section in SECTIONS
         )
 
     def to_dict(self) -> dict[str, Any]:
         """Plain JSON-ready values; `from_dict` reads them back."""
-        return asdict(self)
+        return {
+            "writer": self.writer,
+            "sentences": [item.to_dict() for item in self.sentences],
+            "notes": list(self.notes),
+            "raw": asdict(self.raw),
+            "final": asdict(self.final),
+        }
 
     @classmethod
     def from_dict(cls, values: dict[str, Any]) -> "GroundedReport":
-        """Read what `to_dict` wrote."""
+        """Read what `to_dict` wrote, now or in an earlier version."""
         return cls(
             writer=values["writer"],
-            sentences=tuple(map(GroundedSentence.from_dict, values["sentences"])),
+            sentences=tuple(map(GroundedSentence.from_dict, upgraded(values["sentences"]))),
             notes=tuple(values["notes"]),
             raw=Metrics(**values["raw"]),
             final=Metrics(**values["final"]),
@@ -132,23 +142,75 @@ GroundingEvent = Draft | Written | Note | Done
 def write_grounded(case: Case, writer: Writer) -> Iterator[GroundingEvent]:
     """Let ``writer`` write about ``case`` and check as it writes. Never raises; ends with `Done`.
 
-    Closing the iterator early hangs up on the writer.
+    Closing the iterator early closes the connection to the writer.
     """
     session = _Session(case, writer)
-    for title in SECTION_TITLES:
-        yield from session.section(title)
+    for section in SECTIONS:
+        yield from session.section(section)
     yield Done(session.outcome())
 
 
 def grounded_template(case: Case) -> GroundedReport:
-    """The template's report, checked like any other."""
+    """The template's report."""
     *_, done = write_grounded(case, TemplateWriter())
     assert isinstance(done, Done)
     return done.report
 
 
-class _StuckError(WriterError):
-    """A model says the same over and over. The next section may go better."""
+class StuckError(WriterError):
+    """A model repeats itself. The next section may go better."""
+
+
+def by_template(
+    case: Case, statements: Iterable[Statement], section: Section
+) -> Iterator[GroundedSentence]:
+    """Statements of the template in a section: they need no check."""
+    for statement in statements:
+        yield GroundedSentence(vouched(case, statement, section.title), "template", kept=True)
+
+
+class Checking:
+    """Takes what a writer gives: statements as they are, text sentence by sentence, checked."""
+
+    def __init__(self, case: Case, writer: Writer) -> None:
+        """Check against the facts of ``case``."""
+        self._case = case
+        self._writer = writer
+        self._checker = Checker(case)
+
+    def take(
+        self, pieces: Iterable[Statement | str], section: Section
+    ) -> Iterator[Draft | Written]:
+        """The sentences of a section; one that was broken off is left out.
+
+        Raises `WriterError` where the writer fails, repeats itself or does not end.
+        """
+        splitter, said = SentenceSplitter(), list[str]()
+        for piece in pieces:
+            if isinstance(piece, Statement):
+                yield from map(Written, by_template(self._case, [piece], section))
+                continue
+            yield Draft(section.title, piece)
+            for found in splitter.push(piece):
+                yield from self._check(found, section, said)
+            if len(said) - len(set(said)) >= MAX_REPEATS:
+                raise StuckError(f"{self._writer.name} began to repeat itself")
+            if len(said) >= MAX_SENTENCES:
+                raise WriterError(f"more than {MAX_SENTENCES} sentences came")
+        for found in splitter.finish():
+            yield from self._check(found, section, said)
+
+    def _check(self, found: Sentence, section: Section, said: list[str]) -> Iterator[Written]:
+        if found.kind == "heading":
+            return  # models repeat the title, whatever the prompt says
+        checked = self._checker.check(found, section)
+        if found.kind == "row":
+            why = ("a table of the model's own",)
+            checked = replace(checked, verdict="unsupported", reasons=why)
+        if normal(found.text) in said:
+            checked = replace(checked, verdict="unsupported", reasons=("said before",))
+        said.append(normal(found.text))
+        yield Written(GroundedSentence(checked, "writer", not checked.struck))
 
 
 class _Session:
@@ -157,70 +219,41 @@ class _Session:
     def __init__(self, case: Case, writer: Writer) -> None:
         self._case = case
         self._writer = writer
+        self._checking = Checking(case, writer)
         self._sentences: list[GroundedSentence] = []
         self._notes: list[str] = []
         self._failures = 0
-        self._checker = Checker(case)
 
-    def section(self, title: str) -> Iterator[GroundingEvent]:
+    def section(self, section: Section) -> Iterator[GroundingEvent]:
         """One section: the writer's, and what the template has to add."""
         written: list[GroundedSentence] = []
         if self._failures < MAX_FAILURES:
             try:
-                for event in self._written(title):
+                pieces = self._writer.section(self._case, section)
+                for event in self._checking.take(pieces, section):
                     if isinstance(event, Written):
                         written.append(event.sentence)
+                        self._sentences.append(event.sentence)
                     yield event
-            except _StuckError as error:
-                yield self._note(f"{title}: {error} and was stopped.")
+            except StuckError as error:
+                yield self._note(f"{section.title}: {error} and was stopped.")
             except WriterError as error:
                 self._failures = MAX_FAILURES if error.final else self._failures + 1
-                yield self._note(f"{title}: {error}. The template wrote what was missing.")
-        if self._writer.name == WRITER:
+                yield self._note(f"{section.title}: {error}. The template wrote what was missing.")
+        if self._writer.is_trusted:
             return
-        for item in self._added(title, written):
+        for item in self._added(section, [item.checked for item in written if item.kept]):
             self._sentences.append(item)
             yield Written(item)
 
-    def _written(self, title: str) -> Iterator[Draft | Written]:
-        """The writer's sentences; one that was broken off is left out."""
-        splitter, said = SentenceSplitter(), list[str]()
-        for piece in self._writer.section(self._case, title):
-            yield Draft(title, piece)
-            for found in splitter.push(piece):
-                yield from self._check(found, title, said)
-            if self._writer.name == WRITER:
-                continue
-            if len(said) - len(set(said)) >= MAX_REPEATS:
-                raise _StuckError(f"{self._writer.name} began to repeat itself")
-            if len(said) >= MAX_SENTENCES:
-                raise WriterError(f"more than {MAX_SENTENCES} sentences came")
-        for found in splitter.finish():
-            yield from self._check(found, title, said)
-
-    def _check(self, found: Sentence, title: str, said: list[str]) -> Iterator[Written]:
-        origin: Origin = "template" if self._writer.name == WRITER else "writer"
-        if origin == "writer" and found.kind == "heading":
-            return  # models repeat the title, however often they are told not to
-        checked = self._checker.check(found, title)
-        if origin == "writer" and found.kind == "row":
-            why = ("a table of the model's own",)
-            checked = replace(checked, verdict="unsupported", reasons=why)
-        if origin == "writer" and normal(found.text) in said:
-            checked = replace(checked, verdict="unsupported", reasons=("said before",))
-        said.append(normal(found.text))
-        item = GroundedSentence(checked, origin, not checked.struck)
-        self._sentences.append(item)
-        yield Written(item)
-
-    def _added(self, title: str, written: Sequence[GroundedSentence]) -> Iterator[GroundedSentence]:
-        """What the template adds to a section, checked too."""
-        kept = [item.checked for item in written if item.kept]
-        text = supplement(self._case, title, kept) if kept else template_section(self._case, title)
-        checker = Checker(self._case)
-        for found in sentences(text):
-            checked = checker.check(found, title)
-            yield GroundedSentence(checked, "template", not checked.struck)
+    def _added(
+        self, section: Section, kept: Sequence[CheckedSentence]
+    ) -> Iterator[GroundedSentence]:
+        """What the template adds to a section."""
+        statements = (
+            supplement(self._case, section, _content(kept)) if kept else section.write(self._case)
+        )
+        yield from by_template(self._case, statements, section)
 
     def _note(self, text: str) -> Note:
         self._notes.append(text)
@@ -231,7 +264,7 @@ class _Session:
         by_writer = [
             item.checked
             for item in self._sentences
-            if item.origin == "writer" or self._writer.name == WRITER
+            if item.origin == "writer" or self._writer.is_trusted
         ]
         struck = sum(not item.kept for item in self._sentences)
         if struck:
@@ -248,6 +281,21 @@ class _Session:
         )
 
 
+def _content(kept: Sequence[CheckedSentence]) -> Content:
+    """What the kept sentences of a section state."""
+    text = " ".join(item.plain for item in kept)
+    return Content(
+        concludes=any(item.concludes for item in kept),
+        steps=frozenset(step for item in kept for step in item.steps),
+        channels=frozenset(name for item in kept for name in item.channels),
+        text=text.casefold(),
+        terms=terms(text),
+    )
+
+
+_TABLE_HEAD = (f"| {' | '.join(TABLE_HEAD)} |", f"|{' --- |' * len(TABLE_HEAD)}")
+
+
 def as_markdown(items: Sequence[GroundedSentence]) -> str:
     """The kept sentences of one section as Markdown, in their lines and lists."""
     lines: list[str] = []
@@ -257,13 +305,9 @@ def as_markdown(items: Sequence[GroundedSentence]) -> str:
         if not item.kept:
             continue
         if said.kind == "row":
-            if previous != "row" and said.text != TABLE_HEADER:
-                lines += ["", TABLE_HEADER, _RULE]
-            elif previous != "row":
-                lines.append("")
+            if previous != "row":
+                lines += ["", *_TABLE_HEAD]
             lines.append(said.text)
-            if said.text == TABLE_HEADER:
-                lines.append(_RULE)
         elif said.first or not lines or previous in ("row", ""):
             if said.kind != "item" or previous != "item":
                 lines.append("")

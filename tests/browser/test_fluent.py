@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Page, expect
 
-from core.report.report import SECTION_TITLES
+from core.report.sections import SECTION_TITLES
 
 pytestmark = pytest.mark.browser
 

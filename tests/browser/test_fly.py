@@ -20,7 +20,7 @@ from playwright.sync_api import BrowserContext, Page, Route, expect
 from app import theme
 from core.channels import N_CHANNELS
 from core.paths import MODELS
-from core.report.report import SECTION_TITLES
+from core.report.sections import SECTION_TITLES
 
 pytestmark = pytest.mark.browser
 without_3d = pytest.mark.usefixtures("without_3d")

@@ -11,7 +11,7 @@ import pytest
 from hostile import ChatServer, Handler, Reply, chat_server, refuses_the_key, title_of
 from playwright.sync_api import Page, expect
 
-from core.report.report import SECTION_TITLES
+from core.report.sections import SECTION_TITLES
 
 pytestmark = [pytest.mark.browser, pytest.mark.usefixtures("without_3d")]
 

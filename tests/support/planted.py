@@ -18,8 +18,8 @@ from core.report.case.case import Case
 from core.report.case.findings import strongest
 from core.report.case.wording import expectation, label, percent, shift, with_cylinder
 from core.report.check.mentions import channel_mentions, quantities, time_mentions
-from core.report.check.sentences import Sentence, sentences
-from core.report.template.template import write_report
+from core.report.sections import SECTIONS
+from core.report.sentences import Sentence, sentences
 
 KINDS = ("channel", "direction", "number", "mode", "part", "cylinder")
 
@@ -56,10 +56,9 @@ class Line:
 def told_by_template(case: Case) -> list[Line]:
     """Every sentence of the template's report."""
     return [
-        Line(part.title, item.text if item.kind == "row" else item.plain)
-        for part in write_report(case.diagnosis).sections
-        for item in sentences(part.markdown)
-        if item.kind != "heading"
+        Line(part.title, item.markdown if item.cells else item.text)
+        for part in SECTIONS
+        for item in part.write(case)
     ]
 
 

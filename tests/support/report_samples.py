@@ -9,6 +9,12 @@ from core.channels import CHANNEL_NAMES, channel
 from core.diagnosis.diagnosis import Diagnosis, Evidence
 from core.fmea.catalogue import class_ids
 from core.knowledge.knowledge import knowledge
+from core.report.case.case import Case
+from core.report.check.checker import CheckedSentence, Checker
+from core.report.grounded import GroundedReport, as_markdown
+from core.report.sections import ANSWER, SECTIONS, Section
+from core.report.sentences import Sentence
+from core.report.statement import Statement
 
 
 def evidence(name: str, value: float, start_s: float = 70.0, end_s: float = 180.0) -> Evidence:
@@ -55,6 +61,33 @@ def diagnosis(
         model=model,
         conditions=conditions,
     )
+
+
+def section(title: str) -> Section:
+    """The section of that title, or an answer for ""."""
+    return next((item for item in SECTIONS if item.title == title), ANSWER)
+
+
+def section_texts(report: GroundedReport) -> dict[str, str]:
+    """Each section's Markdown by its title."""
+    return {item.title: as_markdown(report.section(item.title)) for item in SECTIONS}
+
+
+def as_text(statement: Statement) -> Sentence:
+    """A statement as the checker of free text reads it."""
+    return Sentence(
+        statement.markdown, statement.line, statement.marker, statement.indent, statement.first
+    )
+
+
+def rechecked(case: Case) -> list[CheckedSentence]:
+    """Every statement of the template about ``case``, read by the checker of free text."""
+    checker = Checker(case)
+    return [
+        checker.check(as_text(statement), part)
+        for part in SECTIONS
+        for statement in part.write(case)
+    ]
 
 
 TIMES_S = st.floats(0.0, 7200.0)

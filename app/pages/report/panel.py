@@ -10,7 +10,6 @@ from app.kit.nodes import Node, nodes
 from app.pages.report.text import answer_text, how_checked, report_text
 from app.report_desk import Job
 from core.report.grounded import GroundedReport
-from core.report.template.template import WRITER
 from core.report.write.offers import offers
 
 HINT = (
@@ -55,9 +54,9 @@ def whole_report(run_id: str, report: GroundedReport) -> list[Node]:
     """A complete report with its notes, how it was checked, and its files, to be drawn."""
     parts = [
         *_by(report),
-        *report_text(report.sentences, by=report.writer),
+        *report_text(report.sentences, is_trusted=report.is_trusted),
         *(html.P(note, className="note") for note in report.notes),
-        how_checked(report.raw, report.final, by=report.writer),
+        how_checked(report),
         _files(run_id),
     ]
     return nodes(parts)
@@ -66,7 +65,7 @@ def whole_report(run_id: str, report: GroundedReport) -> list[Node]:
 def answer(question: str, report: GroundedReport) -> list[Node]:
     """A question with its answer, to be drawn."""
     notes = [html.P(note, className="note") for note in report.notes]
-    text = answer_text(report.sentences, by=report.writer)
+    text = answer_text(report.sentences, is_trusted=report.is_trusted)
     return nodes(
         html.Div([html.P(question, className="question"), *text, *notes], className="answer")
     )
@@ -74,7 +73,8 @@ def answer(question: str, report: GroundedReport) -> list[Node]:
 
 def unfinished(job: Job) -> list[Node]:
     """A report in the making: what is checked so far, and the draft behind it."""
-    return nodes(report_text(list(job.sentences), by=job.offer.name, draft=job.draft))
+    sentences, trusted = list(job.sentences), job.offer.is_trusted
+    return nodes(report_text(sentences, is_trusted=trusted, draft=job.draft))
 
 
 def watched(job: Job, stored: GroundedReport) -> tuple[list[Node] | None, list[Node] | None, str]:
@@ -91,7 +91,8 @@ def watched(job: Job, stored: GroundedReport) -> tuple[list[Node] | None, list[N
         return None, answer(job.question, job.outcome), status
     if job.over:
         return None, nodes(html.P(job.question, className="question")), status
-    text = answer_text(list(job.sentences), by=job.offer.name, draft=job.draft[1])
+    sentences, trusted = list(job.sentences), job.offer.is_trusted
+    text = answer_text(sentences, is_trusted=trusted, draft=job.draft[1])
     return None, nodes([html.P(job.question, className="question"), *text]), status
 
 
@@ -109,7 +110,7 @@ def _status(job: Job) -> str:
 
 
 def _by(report: GroundedReport) -> list[html.P]:
-    if report.writer == WRITER:
+    if report.is_trusted:
         return []
     return [html.P(f"Written by {report.writer}.", className="note")]
 

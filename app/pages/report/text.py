@@ -4,22 +4,21 @@
 the cursor of the tiles there and lights the channels.
 """
 
-import re
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
 from itertools import groupby
 from typing import Any
 
 from dash import html
-from markdown_it import MarkdownIt
 
 from app.kit.attributes import attributes
 from app.kit.glossary import glossary
 from core.channels import CHANNEL_INDEX
-from core.report.check.metrics import CHECKED, HOW_CHECKED, MEASURES, PAPER, Metrics
-from core.report.grounded import TABLE_HEADER, GroundedSentence, Origin
-from core.report.report import SECTION_TITLES
-from core.report.template.template import WRITER
+from core.report.blocks import Block, Item, Listing, Paragraph, Table, blocks
+from core.report.check.metrics import CHECKED, HOW_CHECKED, MEASURES, PAPER
+from core.report.grounded import GroundedReport, GroundedSentence, Origin
+from core.report.sections import SECTION_TITLES
+from core.report.statement import Run
+from core.report.template.cross_check import TABLE_HEAD
 
 MARKS: dict[str, tuple[str, str, str]] = {
     "supported": ("✓", "supported", "Agrees with the evidence and the FMEA knowledge"),
@@ -28,35 +27,15 @@ MARKS: dict[str, tuple[str, str, str]] = {
 }
 """What stands behind a sentence, how it is read out, and its help; nothing if it claims nothing."""
 
-_CELL = re.compile(r"(?<!\\)\|")
-_INLINE = MarkdownIt("zero").enable(["emphasis", "escape", "backticks"])
-
-
-@dataclass(slots=True)
-class _Line:
-    """The sentences of one paragraph, list item or table row."""
-
-    sentences: list[GroundedSentence] = field(default_factory=list)
-
-    @property
-    def kind(self) -> str:
-        return self.sentences[0].checked.kind
-
-    @property
-    def indent(self) -> int:
-        return self.sentences[0].checked.indent
-
-    @property
-    def marker(self) -> str:
-        return self.sentences[0].checked.marker
+_STYLES = {"strong": html.Strong, "em": html.Em, "code": html.Code}
 
 
 def report_text(
-    sentences: Sequence[GroundedSentence], *, by: str, draft: tuple[str, str] = ("", "")
+    sentences: Sequence[GroundedSentence], *, is_trusted: bool, draft: tuple[str, str] = ("", "")
 ) -> list[Any]:
-    """The sections of a report that ``by`` wrote, so far as there are any.
+    """The sections of a report, so far as there are any; ``is_trusted``: all of it the template's.
 
-    ``draft``: a section and the text of it that has come and is not checked yet.
+    ``draft``: a section's title and the text of it that is not checked yet.
     """
     parts: list[Any] = []
     section, text = draft
@@ -66,33 +45,36 @@ def report_text(
         if not own and not provisional:
             continue
         parts.append(html.H2(title))
-        parts += _written(own, by)
+        parts += _written(own, is_trusted)
         if provisional:
             parts.append(html.P(provisional, className="draft"))
     _reach_first(parts)
     return parts
 
 
-def answer_text(sentences: Sequence[GroundedSentence], *, by: str, draft: str = "") -> list[Any]:
+def answer_text(
+    sentences: Sequence[GroundedSentence], *, is_trusted: bool, draft: str = ""
+) -> list[Any]:
     """An answer to a question, as `report_text` shows a section."""
-    parts = _written(sentences, by)
+    parts = _written(sentences, is_trusted)
     if draft.strip():
         parts.append(html.P(draft.strip(), className="draft"))
     _reach_first(parts)
     return parts
 
 
-def how_checked(raw: Metrics, final: Metrics, *, by: str) -> html.Details:
-    """What the check of the shown report comes to, folded away; of a model's also its raw text's.
+def how_checked(report: GroundedReport) -> html.Details:
+    """The measures of the shown report, folded away; of a model's also those of its raw text.
 
     It stands at the foot: figures near 1 at the head would read as seals on the diagnosis.
     """
     items = []
     for key, (name, best) in MEASURES.items():
-        said = [html.Span(f"{getattr(final, key):.2f}", className="mono")]
-        if by != WRITER:
-            said.insert(0, html.Span(f"raw {getattr(raw, key):.2f}", className="note mono"))
-        paper = getattr(PAPER[WRITER if by == WRITER else "with_fmea"], key)
+        said = [html.Span(f"{getattr(report.final, key):.2f}", className="mono")]
+        if not report.is_trusted:
+            raw = f"raw {getattr(report.raw, key):.2f}"
+            said.insert(0, html.Span(raw, className="note mono"))
+        paper = getattr(PAPER["template" if report.is_trusted else "with_fmea"], key)
         title = f"{glossary()[key].text} The paper's mean: {paper:.3f}."
         items.append(html.Div([html.Dt(f"{name}, {best}"), html.Dd(said)], title=title))
     measured = html.Dl(items, className="measures", **attributes(aria_label="Measures"))
@@ -102,17 +84,17 @@ def how_checked(raw: Metrics, final: Metrics, *, by: str) -> html.Details:
     )
 
 
-def _written(sentences: Sequence[GroundedSentence], by: str) -> list[Any]:
+def _written(sentences: Sequence[GroundedSentence], is_trusted: bool) -> list[Any]:
     """Sentences in their paragraphs, lists and tables; what the template added is framed."""
-    if by == WRITER:
-        return _blocks(list(_lines(sentences)))
+    if is_trusted:
+        return list(map(_block, blocks(sentences)))
     parts: list[Any] = []
     for origin, group in groupby(sentences, key=_origin):
-        blocks = _blocks(list(_lines(list(group))))
+        shown = list(map(_block, blocks(list(group))))
         if origin == "template":
-            blocks = [html.Div([html.P("Added by the template", className="note"), *blocks],
-                               className="added")]  # fmt: skip
-        parts += blocks
+            note = html.P("Added by the template", className="note")
+            shown = [html.Div([note, *shown], className="added")]
+        parts += shown
     return parts
 
 
@@ -120,66 +102,32 @@ def _origin(item: GroundedSentence) -> Origin:
     return item.origin
 
 
-def _lines(sentences: Sequence[GroundedSentence]) -> Iterator[_Line]:
-    line = _Line()
-    for item in sentences:
-        if line.sentences and (item.checked.first or item.checked.kind == "row"):
-            yield line
-            line = _Line()
-        line.sentences.append(item)
-    if line.sentences:
-        yield line
+def _block(block: Block) -> Any:
+    match block:
+        case Paragraph():
+            return html.P(_joined(block.sentences))
+        case Listing():
+            items = [
+                html.Li([*_joined(item.sentences), *map(_block, item.below)], value=_number(item))
+                for item in block.items
+            ]
+            return html.Ol(items) if block.is_numbered else html.Ul(items)
+        case Table():
+            return _table(block)
 
 
-def _blocks(lines: Sequence[_Line]) -> list[Any]:
-    parts: list[Any] = []
-    for kind, group in groupby(lines, key=lambda line: line.kind):
-        own = list(group)
-        if kind == "item":
-            parts += _lists(own)
-        elif kind == "row" and all(item.kept for line in own for item in line.sentences):
-            parts.append(_table(own))
-        else:
-            parts += [html.P(_joined(line.sentences)) for line in own]
-    return parts
+def _number(item: Item) -> str | None:
+    return None if item.number is None else str(item.number)
 
 
-def _lists(lines: Sequence[_Line]) -> list[Any]:
-    """Items as lists, what is indented deeper inside the item before it."""
-    parts: list[Any] = []
-    start = 0
-    while start < len(lines):
-        head = lines[start]
-        end = start + 1
-        while end < len(lines) and lines[end].indent > head.indent:
-            end += 1
-        inner = _lists(lines[start + 1 : end])
-        numbered = head.marker[:1].isdigit()
-        item = html.Li(
-            [*_joined(head.sentences), *inner], value=head.marker[:-1] if numbered else None
-        )
-        kind = html.Ol if numbered else html.Ul
-        if parts and isinstance(parts[-1], kind):
-            parts[-1].children.append(item)
-        else:
-            parts.append(kind([item]))
-        start = end
-    return parts
-
-
-def _table(lines: Sequence[_Line]) -> html.Table:
-    rows = [item for line in lines for item in line.sentences if item.checked.text != TABLE_HEADER]
-    head = html.Tr([html.Th(cell) for cell in _cells(TABLE_HEADER)])
+def _table(table: Table) -> html.Table:
+    head = html.Tr([html.Th(cell) for cell in TABLE_HEAD])
     body = []
-    for item in rows:
-        *cells, last = (html.Td(_inline(cell)) for cell in _cells(item.checked.text))
-        last.children = [*last.children, *_mark(item)]
-        body.append(html.Tr([*cells, last], **_behaviour(item)))
+    for item in table.rows:
+        *cells, last = item.checked.cells
+        ends = html.Td([last, *_mark(item)])
+        body.append(html.Tr([*([html.Td([cell]) for cell in cells]), ends], **_behaviour(item)))
     return html.Table([html.Thead(head), html.Tbody(body)])
-
-
-def _cells(row: str) -> list[str]:
-    return [cell.strip() for cell in _CELL.split(row.strip().strip("|"))]
 
 
 def _joined(sentences: Sequence[GroundedSentence]) -> list[Any]:
@@ -190,7 +138,7 @@ def _joined(sentences: Sequence[GroundedSentence]) -> list[Any]:
 
 
 def _sentence(item: GroundedSentence) -> html.Span:
-    text = _inline(item.checked.text)
+    text = _styled(item.checked.runs)
     if item.kept:
         return html.Span([*text, *_mark(item)], **_behaviour(item))
     why = html.Span(f" {'; '.join(item.checked.reasons)}", className="why")
@@ -240,17 +188,6 @@ def _as_list(children: Any) -> list[Any]:
     return children if isinstance(children, list) else [children]
 
 
-def _inline(markdown: str) -> list[Any]:
-    """Markdown within a line as components. Nothing but emphasis and code; HTML stays text."""
-    stack: list[list[Any]] = [[]]
-    for token in _INLINE.parseInline(markdown)[0].children or ():
-        if token.nesting == 1:
-            stack.append([])
-        elif token.nesting == -1:
-            inner = stack.pop()
-            stack[-1].append(html.Strong(inner) if token.tag == "strong" else html.Em(inner))
-        elif token.type == "code_inline":
-            stack[-1].append(html.Code(token.content))
-        elif token.content:
-            stack[-1].append(token.content)
-    return stack[0]
+def _styled(runs: Sequence[Run]) -> list[Any]:
+    """Text by its styles; HTML stays text."""
+    return [_STYLES[run.style](run.text) if run.style in _STYLES else run.text for run in runs]

@@ -132,6 +132,11 @@ def expectation(expected: ExpectedShift, name: str) -> str:
             return f"keep within {low} to {high} {unit_of(name)}"
 
 
+def escaped(text: str) -> str:
+    """Text with everything escaped that Markdown could act on."""
+    return _MARKDOWN_SPECIALS.sub(r"\\\1", text)
+
+
 def plain(text: str) -> str:
-    """Text from elsewhere (a model's name, say) with everything Markdown could act on escaped."""
-    return _MARKDOWN_SPECIALS.sub(r"\\\1", " ".join(text.split()))
+    """Text from elsewhere (a model's name, say) in one line, and escaped for Markdown."""
+    return escaped(" ".join(text.split()))

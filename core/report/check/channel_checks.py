@@ -41,7 +41,7 @@ def _bare_mention(reading: Reading, claim: ChannelClaim) -> Checked:
     moved = strongest(reading.case.evidence)
     signatures = {name for item in reading.focus for name in _signature(item)}
     known = [name for name in claim.channels if name in moved or name in signatures]
-    if reading.section == "Conclusion" and _AT_ODDS.search(reading.text):
+    if reading.section.id == "conclusion" and _AT_ODDS.search(reading.text):
         odd = {check.channel for check in reading.case.top.finding.having(*_ODD)}
         known = [name for name in known if name in odd]
     said = ", ".join(label(name) for name in claim.channels)
@@ -76,25 +76,26 @@ def _measurement(reading: Reading, claim: ChannelClaim, predicate: Predicate) ->
     if holds and not _range_fits(claim, predicate, moved):
         holds, problem = False, "the range is not what was measured"
     cited = tuple(name for name in (right or claim.channels) if name in moved)
-    reason = "; ".join(_fact(name, moved.get(name)) for name in (right or claim.channels)[:4])
+    reason = "; ".join(fact(name, moved.get(name)) for name in (right or claim.channels)[:4])
     return Checked(holds, "sensor", problem or reason, channels=cited)
 
 
-def _fact(name: str, item: Evidence | None) -> str:
+def fact(name: str, item: Evidence | None) -> str:
+    """What a channel did: ``CHT 3 +18.3 °F``, or that it stayed within its noise."""
     return f"{label(name)} {shift(item) if item else 'within noise'}"
 
 
 def _measured(reading: Reading, name: str, item: Evidence | None, predicate: Predicate) -> str:
     """What is wrong with a predicate said of one channel; "" if nothing is."""
     if predicate.move == "still":
-        return "" if _kept_still(reading, name, item) else f"{_fact(name, item)}: it moved"
+        return "" if _kept_still(reading, name, item) else f"{fact(name, item)}: it moved"
     if item is None:
         return f"{label(name)} stayed within its noise"
     if predicate.move and predicate.move != ("up" if item.direction == "+" else "down"):
-        return f"{_fact(name, item)}: the other way"
+        return f"{fact(name, item)}: the other way"
     for quantity in predicate.quantities:
         if not _fits(quantity, item, predicate.move):
-            return f"{_fact(name, item)}: another number"
+            return f"{fact(name, item)}: another number"
     return ""
 
 
@@ -162,10 +163,10 @@ def _subject_of(reading: Reading) -> list[Candidate]:
     """Whose predictions a sentence quotes: the modes it names, else its subject."""
     case = reading.case
     named = [item.mode for item in reading.modes if item.mode in case.weighed]
-    if reading.section == "Maintenance":
+    if reading.section.quotable == "work order":
         return list(case.work_order)
     chosen = named or [reading.subject]
-    if reading.section in ("Conclusion", "Mechanism", "Evidence cross-check") and not named:
+    if reading.section.quotable == "verdict" and not named:
         chosen = [item.mode.id for item in case.open_verdicts]
     return [case.weighed[mode] for mode in chosen]
 

@@ -16,6 +16,7 @@ from core.knowledge.lexicon import lexicon, terms
 from core.report.case.case import Case
 from core.report.check.channel_checks import check_channels, check_times
 from core.report.check.claims import channel_claims
+from core.report.check.known import KnownSentence, normal, quotes
 from core.report.check.mentions import (
     channel_mentions,
     cylinder_mentions,
@@ -24,11 +25,11 @@ from core.report.check.mentions import (
     time_mentions,
 )
 from core.report.check.reading import Checked, Reading
-from core.report.check.sentences import Sentence, sentences
-from core.report.check.statements import Statement, normal, quotes
 from core.report.check.trace_checks import check_numbers, check_terms
 from core.report.check.verdict_checks import check_cylinders, check_modes
-from core.report.report import Report
+from core.report.sections import ANSWER, Section
+from core.report.sentences import LineKind, Sentence
+from core.report.statement import Run, StatementKind, inline
 
 Verdict = Literal["supported", "unsupported", "contradicted", "plain"]
 
@@ -42,15 +43,17 @@ _DIGIT = re.compile(r"\d")
 class CheckedSentence:
     """A sentence with its verdict, why, and what it cites.
 
-    ``channels``: cited, in order of mention; ``start_s``, ``end_s``: when they were away from their
-    mirror, None where nothing measured is cited. ``about_sensors``: the number of claims about
-    sensors, and ``sensors_right`` how many of them hold. ``steps``: causal steps of the verdict
-    that it states, counted from 1. ``concludes``: whether it states the verdict of the diagnosis.
+    ``text``: as written, in Markdown; ``runs`` the same by its styles, and ``cells`` that of a row
+    of the template's table. ``states``: what it is. ``channels``: cited, in order of mention;
+    ``start_s``, ``end_s``: when they were away from their mirror, None where nothing measured is
+    cited. ``about_sensors``: the number of claims about sensors, and ``sensors_right`` how many of
+    them hold. ``steps``: causal steps of the verdict that it states, counted from 1.
+    ``concludes``: whether it states the verdict of the diagnosis.
     """
 
     text: str
     section: str
-    kind: str
+    kind: LineKind
     marker: str
     indent: int
     first: bool
@@ -65,20 +68,35 @@ class CheckedSentence:
     verdict_right: int
     steps: tuple[int, ...]
     concludes: bool
+    states: StatementKind = "text"
+    runs: tuple[Run, ...] = ()
+    cells: tuple[str, ...] = ()
 
     @property
     def struck(self) -> bool:
         """Whether a grounded report may not keep it."""
         return self.verdict in ("unsupported", "contradicted")
 
+    @property
+    def plain(self) -> str:
+        """The text without any markup."""
+        return " ".join(self.cells) if self.cells else "".join(run.text for run in self.runs)
+
     def to_dict(self) -> dict[str, Any]:
-        """Plain JSON-ready values."""
-        return asdict(self)
+        """Plain JSON-ready values; ``runs`` is left out where the text has one style."""
+        values = asdict(self)
+        if self.runs == inline(self.text):
+            del values["runs"]
+        return values
 
     @classmethod
     def from_dict(cls, values: dict[str, Any]) -> "CheckedSentence":
         """Read what `to_dict` wrote, also after a way through JSON."""
         given: Any = {name: tuple(v) if isinstance(v, list) else v for name, v in values.items()}
+        runs = values.get("runs")
+        given["runs"] = (
+            inline(values["text"]) if runs is None else tuple(Run(**run) for run in runs)
+        )
         return cls(**given)
 
 
@@ -92,11 +110,11 @@ class Checker:
     def __init__(self, case: Case) -> None:
         """Check against the facts of ``case``."""
         self.case = case
-        self._section = ""
+        self._section = ANSWER
         self._subject = case.top.mode.id
 
-    def check(self, sentence: Sentence, section: str) -> CheckedSentence:
-        """The verdict on the next sentence, in ``section`` (one of the five; "" for an answer)."""
+    def check(self, sentence: Sentence, section: Section) -> CheckedSentence:
+        """The verdict on the next sentence, in ``section``."""
         if section != self._section:
             self._section, self._subject = section, self.case.top.mode.id
         if sentence.kind == "heading":
@@ -135,21 +153,17 @@ class Checker:
 
     def _note_subject(self, sentence: Sentence, named: Sequence[str]) -> None:
         """Whom the coming sentences speak of: in the differential, the mode of the bullet."""
-        if (
-            self._section in ("Differential diagnosis", "")
-            and sentence.first
-            and sentence.indent == 0
-        ):
+        if self._section.quotable == "any" and sentence.first and sentence.indent == 0:
             known = [mode for mode in named if mode in self.case.weighed]
             if known:
                 self._subject = known[0]
 
-    def _is_action(self, text: str, section: str) -> bool:
+    def _is_action(self, text: str, section: Section) -> bool:
         words = text.split(" ", 1)
         begins = bool(words and lexicon().action.fullmatch(words[0].strip(",.:;")))
-        return section == "Maintenance" or begins
+        return section.quotable == "work order" or begins
 
-    def _quoted(self, text: str, section: str) -> Checked | None:
+    def _quoted(self, text: str, section: Section) -> Checked | None:
         """What the knowledge base says word for word, if the sentence quotes it at all."""
         known = quotes(self.case.hit.cylinder if self.case.hit else None)
         whole = normal(text)
@@ -166,18 +180,20 @@ class Checker:
         item = right[0]
         return Checked(True, "knowledge", f"knowledge of {item.mode}, {_place(item)}", quote=item)
 
-    def _quotable(self, section: str) -> set[str]:
+    def _quotable(self, section: Section) -> set[str]:
         case = self.case
-        if section == "Maintenance":
-            return {item.mode.id for item in case.work_order}
-        if section in ("Conclusion", "Mechanism", "Evidence cross-check"):
-            return {item.mode.id for item in case.open_verdicts}
-        return set(case.weighed)
+        match section.quotable:
+            case "work order":
+                return {item.mode.id for item in case.work_order}
+            case "verdict":
+                return {item.mode.id for item in case.open_verdicts}
+            case "any":
+                return set(case.weighed)
 
     def _result(
         self,
         sentence: Sentence,
-        section: str,
+        section: Section,
         found: Sequence[Checked],
         reading: Reading | None,
     ) -> CheckedSentence:
@@ -186,10 +202,10 @@ class Checker:
         cited = list(dict.fromkeys(name for item in found for name in item.channels))
         if not cited and reading is not None:
             cited = _cited(self.case, found, reading)
-        start_s, end_s = _interval(self.case, cited)
+        start_s, end_s = interval_of(self.case, cited)
         return CheckedSentence(
             text=sentence.text,
-            section=section,
+            section=section.title,
             kind=sentence.kind,
             marker=sentence.marker,
             indent=sentence.indent,
@@ -205,17 +221,8 @@ class Checker:
             verdict_right=sum(item.holds for item in verdicts),
             steps=_steps(self.case, found, reading),
             concludes=any(item.concludes and item.holds for item in found),
+            runs=inline(sentence.text),
         )
-
-
-def check_report(case: Case, report: Report) -> list[CheckedSentence]:
-    """All sentences of a report, checked in order."""
-    checker = Checker(case)
-    return [
-        checker.check(item, part.title)
-        for part in report.sections
-        for item in sentences(part.markdown)
-    ]
 
 
 def _unframed(text: str) -> str:
@@ -240,7 +247,7 @@ def _telling(found: Sequence[Checked]) -> list[Checked]:
     return [item for item in found if not item.holds] or list(found)
 
 
-def _place(item: Statement) -> str:
+def _place(item: KnownSentence) -> str:
     return f"{item.kind} {item.step}" if item.step else item.kind
 
 
@@ -254,7 +261,8 @@ def _cited(case: Case, found: Sequence[Checked], reading: Reading) -> list[str]:
     return [check.channel for check in step.checks if check.evidence is not None]
 
 
-def _interval(case: Case, names: Sequence[str]) -> tuple[float | None, float | None]:
+def interval_of(case: Case, names: Sequence[str]) -> tuple[float | None, float | None]:
+    """When channels were away from their mirror; (None, None) where none of them was."""
     items = [item for item in case.evidence if item.channel in names]
     if not items:
         return None, None

@@ -5,8 +5,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
-from core.knowledge.lexicon import lexicon, stems, terms
+from core.knowledge.lexicon import is_covered, lexicon, stems, terms
 from core.report.case.case import Candidate, Case
+from core.report.check.known import KnownSentence, known_quantities, known_sentences
 from core.report.check.mentions import (
     ChannelMention,
     CylinderMention,
@@ -14,15 +15,10 @@ from core.report.check.mentions import (
     Quantity,
     TimeMention,
 )
-from core.report.check.statements import Statement, known_quantities, statements
-
-COVERED = 0.5
-"""A statement is told in other words if a sentence has this share of its telling words."""
+from core.report.sections import Section
 
 Failure = Literal["contradicted", "unsupported"]
 Kind = Literal["sensor", "verdict", "knowledge"]
-
-_MEASURED_SECTIONS = ("Conclusion", "Evidence cross-check")
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +33,7 @@ class Checked:
     reason: str
     failure: Failure = "contradicted"
     channels: tuple[str, ...] = ()
-    quote: Statement | None = None
+    quote: KnownSentence | None = None
     concludes: bool = False
 
     @property
@@ -52,7 +48,7 @@ class Reading:
 
     case: Case
     text: str
-    section: str
+    section: Section
     kind: str
     subject: str
     channels: Sequence[ChannelMention]
@@ -67,11 +63,11 @@ class Reading:
     def focus(self) -> list[Candidate]:
         """The modes that the sentence is about: those it names, its subject, the verdict."""
         case = self.case
-        if self.section == "Maintenance" or (self.is_action and not self.modes):
+        if self.section.quotable == "work order" or (self.is_action and not self.modes):
             return list(case.work_order)
         named = [item.mode for item in self.modes if item.mode in case.weighed]
         order = dict.fromkeys([*named, self.subject, *(c.mode.id for c in case.open_verdicts)])
-        if self.section in ("Differential diagnosis", "") or lexicon().rival.search(self.text):
+        if self.section.quotable == "any" or lexicon().rival.search(self.text):
             order |= dict.fromkeys(case.weighed)
         return [case.weighed[mode] for mode in order]
 
@@ -85,19 +81,19 @@ class Reading:
     def covers(self, text: str) -> bool:
         """Whether the sentence tells a statement in its own words."""
         telling = terms(text)
-        return bool(telling) and len(telling & self.stems) >= COVERED * len(telling)
+        return bool(telling) and is_covered(telling, self.stems)
 
     @property
     def measured(self) -> bool:
         """Whether its present tense speaks of this flight, not of engines at large."""
-        return self.section in _MEASURED_SECTIONS or self.kind == "row"
+        return self.section.measured or self.kind == "row"
 
     def names(self, words: str) -> bool:
         """Whether the knowledge of the modes in question has these words."""
         return any(
             words.casefold() in item.text.casefold()
             for mode in self.focus
-            for item in statements(mode.mode.id)
+            for item in known_sentences(mode.mode.id)
         )
 
 

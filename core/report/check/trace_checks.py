@@ -3,12 +3,12 @@
 import re
 from collections.abc import Iterator, Sequence
 
-from core.knowledge.lexicon import known_terms, stems, terms
+from core.knowledge.lexicon import COVERED, known_terms, stems, terms
 from core.report.check.channel_checks import TIME_TOLERANCE_S, times_of
 from core.report.check.claims import ChannelClaim
+from core.report.check.known import passages, vocabulary
 from core.report.check.mentions import Quantity, quantities
-from core.report.check.reading import COVERED, Checked, Reading, is_known
-from core.report.check.statements import passages, vocabulary
+from core.report.check.reading import Checked, Reading, is_known
 from core.report.check.verdict_checks import owner_of
 
 _RATING = re.compile(

@@ -23,7 +23,7 @@ def check_modes(reading: Reading) -> Iterator[Checked]:
         ):
             yield Checked(False, "verdict", f"{mention.mode} is not a candidate here")
     yield from _probabilities(reading)
-    if reading.section != "Conclusion" or not reading.modes or _has_percent(reading):
+    if reading.section.id != "conclusion" or not reading.modes or _has_percent(reading):
         return
     verdicts = {item.mode.id for item in case.open_verdicts}
     named = {item.mode for item in reading.modes} & set(case.weighed)
@@ -52,7 +52,7 @@ def _probabilities(reading: Reading) -> Iterator[Checked]:
             continue
         actual = case.weighed[mode].probability
         if _probability_fits(reading.text, item, actual):
-            concludes = mode == case.top.mode.id and reading.section == "Conclusion"
+            concludes = mode == case.top.mode.id and reading.section.id == "conclusion"
             said = f"the classifier gives {mode} {percent(actual)}"
             yield Checked(True, "verdict", said, concludes=concludes)
         elif not is_known(item, reading.focus) or _MEASURE_WORD.search(reading.text):

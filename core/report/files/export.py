@@ -4,22 +4,24 @@ Both name the run, the models and versions behind it, and say that the flight wa
 """
 
 import html
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
 import plotly.graph_objects as go
-from markdown_it import MarkdownIt
 from plotly.subplots import make_subplots
 
 from core.channels import CHANNEL_INDEX
 from core.diagnosis.diagnosis import Diagnosis
 from core.diagnosis.outcome import Outcome
+from core.report.blocks import Block, Item, Listing, Paragraph, Table, blocks
 from core.report.case.wording import label, plain, unit_of
 from core.report.check.metrics import CHECKED, HOW_CHECKED, MEASURES
-from core.report.check.sentences import plain_text
-from core.report.grounded import GroundedReport
+from core.report.grounded import GroundedReport, GroundedSentence
+from core.report.sections import SECTIONS
+from core.report.statement import Run
+from core.report.template.cross_check import TABLE_HEAD
 from core.twin.trajectory import Pair
 
 SIMULATED = (
@@ -86,7 +88,7 @@ class Exported:
     def struck(self) -> list[tuple[str, str]]:
         """The sentences that were struck, each with the reason."""
         return [
-            (plain_text(item.checked.text), "; ".join(item.checked.reasons))
+            (item.checked.plain, "; ".join(item.checked.reasons))
             for item in self.report.sentences
             if not item.kept
         ]
@@ -97,7 +99,7 @@ def to_markdown(given: Exported) -> str:
     about = "\n".join(f"- {name}: {plain(value)}" for name, value in given.about.items())
     line = "" if given.outcome is None else f"**{plain(given.outcome.line)}**\n\n"
     head = f"# Diagnostic report\n\n**{SIMULATED}**\n\n{line}{about}"
-    parts = [head, given.report.report.markdown]
+    parts = [head, given.report.markdown]
     if given.report.notes:
         parts.append("## Notes\n\n" + "\n".join(f"- {plain(note)}" for note in given.report.notes))
     if given.struck:
@@ -110,8 +112,6 @@ def to_markdown(given: Exported) -> str:
 
 def to_html(given: Exported) -> str:
     """The report as one HTML file, plots and all, that loads nothing from anywhere."""
-    # Raw HTML in a report is text: the renderer escapes it.
-    render = MarkdownIt("commonmark", {"html": False}).enable("table").disable(["image", "link"])
     about = "".join(
         f"<tr><th>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>"
         for name, value in given.about.items()
@@ -135,7 +135,7 @@ def to_html(given: Exported) -> str:
             f"<h1>Diagnostic report</h1><p class='simulated'>{html.escape(SIMULATED)}</p>",
             f"<p class='outcome'><strong>{line}</strong></p>" if line else "",
             f"<table>{about}</table>{notes}",
-            str(render.render(given.report.report.markdown)),
+            _sections(given.report),
             f"<h2>Plots</h2>{plots}" if plots else "",
             f"<h2>Struck</h2><ul>{struck}</ul>" if struck else "",
             f"<details><summary>{CHECKED}</summary><p>{HOW_CHECKED}</p>",
@@ -143,6 +143,46 @@ def to_html(given: Exported) -> str:
             "</body></html>\n",
         ]
     )
+
+
+def _sections(report: GroundedReport) -> str:
+    parts: list[str] = []
+    for section in SECTIONS:
+        parts.append(f"<h2>{section.title}</h2>")
+        parts += map(_block, blocks(report.section(section.title)))
+    return "\n".join(parts)
+
+
+def _block(block: Block) -> str:
+    """A block as HTML; whatever the text holds stays text."""
+    match block:
+        case Paragraph():
+            return f"<p>{_text(block.sentences)}</p>"
+        case Listing():
+            items = "\n".join(map(_item, block.items))
+            return f"<ol>\n{items}\n</ol>" if block.is_numbered else f"<ul>\n{items}\n</ul>"
+        case Table():
+            head = _row("th", TABLE_HEAD)
+            rows = "\n".join(_row("td", row.checked.cells) for row in block.rows)
+            return f"<table>\n<thead>{head}</thead>\n<tbody>{rows}</tbody>\n</table>"
+
+
+def _item(item: Item) -> str:
+    value = "" if item.number is None else f' value="{item.number}"'
+    return f"<li{value}>{_text(item.sentences)}{''.join(map(_block, item.below))}</li>"
+
+
+def _row(tag: str, cells: Sequence[str]) -> str:
+    return f"<tr>{''.join(f'<{tag}>{html.escape(cell)}</{tag}>' for cell in cells)}</tr>"
+
+
+def _text(sentences: Sequence[GroundedSentence]) -> str:
+    return " ".join("".join(map(_run, item.checked.runs)) for item in sentences)
+
+
+def _run(run: Run) -> str:
+    text = html.escape(run.text)
+    return text if run.style == "plain" else f"<{run.style}>{text}</{run.style}>"
 
 
 def evidence_figure(pair: Pair, diagnosis: Diagnosis) -> go.Figure:

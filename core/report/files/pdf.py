@@ -1,24 +1,23 @@
 """A report as PDF, set by Typst: one wheel with compiler and fonts, no system package.
 
 The text goes in as data and is never read as Typst's markup, whoever wrote it; the page is designed
-in ``assets/report/report.typ``.
+in ``assets/data/report/report.typ``.
 """
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 from xml.sax.saxutils import escape
 
 import numpy as np
 import typst
-from markdown_it import MarkdownIt
-from markdown_it.tree import SyntaxTreeNode
 
 from core.channels import CHANNEL_INDEX, channel
 from core.clock import clock
 from core.diagnosis.diagnosis import Evidence
 from core.errors import MirrorTwinError
 from core.paths import DATA
+from core.report.blocks import Block, Listing, Paragraph, Table, blocks
 from core.report.case.wording import label, unit_of
 from core.report.check.metrics import CHECKED, HOW_CHECKED
 from core.report.files.export import (
@@ -30,6 +29,10 @@ from core.report.files.export import (
     SIMULATED,
     Exported,
 )
+from core.report.grounded import GroundedReport, GroundedSentence
+from core.report.sections import SECTIONS
+from core.report.statement import Run
+from core.report.template.cross_check import TABLE_HEAD
 from core.twin.trajectory import Pair
 
 TITLE = "Diagnostic report"
@@ -39,8 +42,6 @@ _PAGE = DATA / "report" / "report.typ"
 _WIDTH, _HEIGHT = 680, 120
 _LEFT, _RIGHT, _TOP, _BOTTOM = 48, 18, 6, 18
 """A plot's size and margins, in SVG units."""
-
-_MARKDOWN = MarkdownIt("commonmark", {"html": False}).enable("table").disable(["image", "link"])
 
 Blocks = list[dict[str, Any]]
 
@@ -56,7 +57,7 @@ def to_pdf(given: Exported) -> bytes:
         "outcome": "" if given.outcome is None else given.outcome.line,
         "about": list(given.about.items()),
         "notes": list(given.report.notes),
-        "blocks": _blocks(SyntaxTreeNode(_MARKDOWN.parse(given.report.report.markdown)).children),
+        "blocks": _sections(given.report),
         "legend": f"Orange: faulted. Blue: healthy mirror. {SHADED} Flight time.",
         "plots": [
             {"title": f"{label(item.channel)}, {unit_of(item.channel)}", "svg": _svg(pair, item)}
@@ -77,52 +78,39 @@ def to_pdf(given: Exported) -> bytes:
     return page
 
 
-def _blocks(nodes: Sequence[SyntaxTreeNode]) -> Blocks:
-    """Markdown as the page takes it: headings, paragraphs, lists and tables of plain runs."""
+def _sections(report: GroundedReport) -> Blocks:
+    """The sections as the page takes them: headings, paragraphs, lists and tables of runs."""
     found: Blocks = []
-    for node in nodes:
-        match node.type:
-            case "heading" | "paragraph":
-                found.append({"kind": node.type, "runs": _runs(node)})
-            case "bullet_list":
-                found.append({"kind": "bullets", "items": _items(node)})
-            case "ordered_list":
-                start = int(node.attrs.get("start", 1))
-                found.append({"kind": "numbers", "start": start, "items": _items(node)})
-            case "table":
-                found.append({"kind": "table", "rows": _rows(node)})
-            case _:
-                found.append({"kind": "paragraph", "runs": [_run(node.content)]})
+    for section in SECTIONS:
+        found.append({"kind": "heading", "runs": [_run(Run(section.title))]})
+        found += map(_block, blocks(report.section(section.title)))
     return found
 
 
-def _items(node: SyntaxTreeNode) -> list[Blocks]:
-    return [_blocks(item.children) for item in node.children]
+def _block(block: Block) -> dict[str, Any]:
+    match block:
+        case Paragraph():
+            return _paragraph(block.sentences)
+        case Listing():
+            items = [[_paragraph(item.sentences), *map(_block, item.below)] for item in block.items]
+            if not block.is_numbered:
+                return {"kind": "bullets", "items": items}
+            return {"kind": "numbers", "start": block.items[0].number, "items": items}
+        case Table():
+            head = [[_run(Run(cell))] for cell in TABLE_HEAD]
+            rows = [
+                [{"runs": [_run(Run(cell))]} for cell in row.checked.cells] for row in block.rows
+            ]
+            return {"kind": "table", "rows": [head, *rows]}
 
 
-def _rows(table: SyntaxTreeNode) -> list[Any]:
-    head, *body = [row for part in table.children for row in part.children]
-    rows = [[{"runs": _runs(cell)} for cell in row.children] for row in body]
-    return [[_runs(cell) for cell in head.children], *rows]
+def _paragraph(sentences: Sequence[GroundedSentence]) -> dict[str, Any]:
+    runs = [run for item in sentences for run in (*item.checked.runs, Run(" "))]
+    return {"kind": "paragraph", "runs": list(map(_run, runs[:-1]))}
 
 
-def _runs(node: SyntaxTreeNode) -> list[dict[str, str]]:
-    return list(_styled(node, "plain"))
-
-
-def _styled(node: SyntaxTreeNode, style: str) -> Iterator[dict[str, str]]:
-    if node.type in ("softbreak", "hardbreak"):
-        yield _run(" ", style)
-    elif not node.children:
-        yield _run(node.content, style)
-    else:
-        inner = node.type if node.type in ("strong", "em") else style
-        for child in node.children:
-            yield from _styled(child, inner)
-
-
-def _run(text: str, style: str = "plain") -> dict[str, str]:
-    return {"text": text, "style": style}
+def _run(run: Run) -> dict[str, str]:
+    return {"text": run.text, "style": run.style}
 
 
 def _svg(pair: Pair, item: Evidence) -> str:

@@ -1,31 +1,50 @@
 """The first section of the report: the verdict, how sure it is and why, and its doubts."""
 
+from collections.abc import Iterator
+
 from core.clock import clock
 from core.knowledge.knowledge import ModeKnowledge
 from core.report.case.case import Case
-from core.report.case.wording import bank_name, cylinder_name, labels, percent, plain
+from core.report.case.wording import bank_name, cylinder_name, labels, percent
+from core.report.statement import Basis, Statement, item, paragraph, prose, say
 
 
-def conclusion(case: Case) -> str:
+def conclusion(case: Case) -> tuple[Statement, ...]:
     """Verdict and confidence, the leading candidates, the onset and the FMEA rating."""
-    top = case.top
-    ranking = "\n".join(
-        f"{rank}. {item.mode.name}: {percent(item.probability)}"
-        for rank, item in enumerate(case.candidates, start=1)
+    return (
+        *paragraph(*_verdict(case)),
+        *paragraph(*_confidence(case)),
+        *_doubts(case),
+        *_ranking(case),
+        *paragraph(onset(case), *_persistence(case)),
+        *paragraph(*_interventions(case)),
+        *paragraph(*_rating(case.top.mode)),
+        *paragraph(_classifier(case)),
     )
-    parts = [
-        f"**{_headline(case)}**"
-        if case.doubts_nominal
-        else f"**{_headline(case)}** {top.mode.summary}",
-        f"**Confidence: {case.confidence}.** {_reasons(case)}",
-        *_hedges(case),
-        ranking,
-        f"{onset_sentence(case)} {_persistence(case)}".strip(),
-        _interventions(case),
-        _rating(top.mode),
-        f"Classifier {plain(case.diagnosis.model)}, {plain(case.diagnosis.conditions)} conditions.",
-    ]
-    return "\n\n".join(part for part in parts if part)
+
+
+def _verdict(case: Case) -> Iterator[Statement]:
+    """The headline, and what the mode is."""
+    mode = case.top.mode
+    yield say(
+        "verdict", "", strong=_headline(case), rests_on=("verdict",), mode=mode.id, concludes=True
+    )
+    if not case.doubts_nominal:
+        yield from prose("verdict", mode.summary, rests_on=("knowledge",), mode=mode.id)
+
+
+def _ranking(case: Case) -> Iterator[Statement]:
+    for rank, each in enumerate(case.candidates, start=1):
+        yield from item(
+            f"{rank}.",
+            say(
+                "candidate",
+                f"{each.mode.name}: {percent(each.probability)}",
+                rests_on=("verdict",),
+                mode=each.mode.id,
+                concludes=rank == 1,
+            ),
+        )
 
 
 def _headline(case: Case) -> str:
@@ -51,56 +70,68 @@ def _place(case: Case, mode: ModeKnowledge) -> str:
     return f" at {cylinder_name(cylinder)}"
 
 
-def _reasons(case: Case) -> str:
+def _confidence(case: Case) -> Iterator[Statement]:
+    """How sure the report sounds, and why."""
     finding = case.top.finding
+    yield say("confidence", "", strong=f"Confidence: {case.confidence}.")
     lead = f"The classifier gives it {percent(case.top.probability)}"
     if len(case.candidates) > 1:
         points = min(99, round(100 * case.margin))
         lead += f", {points} points ahead of {case.candidates[1].mode.name}"
+    yield say("confidence", f"{lead}.", rests_on=("verdict",), concludes=True)
+    if finding.predicted:
+        found = f"{len(finding.confirmed)} of {len(finding.predicted)}"
+        yield say("confidence", f"Expected shifts found: {found}.", rests_on=("sensor",))
     conflicts = _counted(len(finding.having("conflicts")), "conflict", "conflicts")
-    if not finding.predicted:
-        return f"{lead}. Against it: {conflicts}."
-    confirmed, predicted = len(finding.confirmed), len(finding.predicted)
-    return f"{lead}. Expected shifts found: {confirmed} of {predicted}. Against it: {conflicts}."
+    yield say("confidence", f"Against it: {conflicts}.")
 
 
 def _counted(count: int, one: str, more: str) -> str:
     return f"{count or 'no'} {one if count == 1 else more}"
 
 
-def _hedges(case: Case) -> list[str]:
-    """What a careful reader has to know before acting on the headline."""
-    top, hedges = case.top, []
+def _doubts(case: Case) -> Iterator[Statement]:
+    """What a careful reader has to know before acting on the headline, a paragraph each."""
+    top, finding = case.top, case.top.finding
     if case.diagnosis.none_of_these:
-        hedges.append(
-            "This flight resembles nothing that the classifier has learnt: take the ranking as a "
-            "guess."
+        yield from _doubt(
+            "This flight resembles nothing that the classifier was trained on: take the ranking "
+            "as a guess."
         )
     nominal = top.mode.id == "nominal"
-    conflicts = labels(check.channel for check in top.finding.having("conflicts"))
+    channels = tuple(check.channel for check in finding.having("conflicts"))
+    conflicts = labels(channels)
     if case.is_close:
-        hedges.append(
+        yield from _doubt(
             "The lead is too small to choose: treat both as open until an inspection decides. "
             "The differential says what to look for."
         )
     if not case.evidence and not nominal:
-        hedges.append("No channel left its noise, so nothing measured supports this verdict.")
+        yield from _doubt("No channel left its noise, so nothing measured supports this verdict.")
     elif nominal and case.parts_unseen:
-        hedges.append("The two flights part, but no channel left its noise.")
+        yield from _doubt("The two flights part, but no channel left its noise.")
     elif conflicts and nominal:
-        hedges.append(f"Something moved that should not in a healthy aircraft: {conflicts}.")
+        yield from _doubt(
+            f"Something moved that should not in a healthy aircraft: {conflicts}.", channels
+        )
     elif conflicts:
-        hedges.append(f"The evidence does not fit in {conflicts}: see the cross-check.")
+        yield from _doubt(
+            f"The evidence does not fit in {conflicts}: see the cross-check.", channels
+        )
     if rival := case.better_explained:
-        hedges.append(f"{rival.mode.name} would explain all of the evidence: check it as well.")
+        yield from _doubt(f"{rival.mode.name} would explain all of the evidence: check it as well.")
     if nominal and not conflicts and not case.parts_unseen:
-        hedges.append(
+        yield from _doubt(
             "A fault that is too small or too slow for these sensors would look the same; "
             "the differential names the usual ones."
         )
     if doubt := _cylinder_doubt(case):
-        hedges.append(doubt)
-    return hedges
+        yield from paragraph(*prose("doubt", doubt, rests_on=("verdict",)))
+
+
+def _doubt(text: str, channels: tuple[str, ...] = ()) -> tuple[Statement, ...]:
+    basis: tuple[Basis, ...] = ("sensor",) if channels else ()
+    return paragraph(*prose("doubt", text, rests_on=basis, channels=channels))
 
 
 def _cylinder_doubt(case: Case) -> str:
@@ -119,55 +150,69 @@ def _cylinder_doubt(case: Case) -> str:
     return f"{cylinder_name(case.hit.runner_up).capitalize()} moved nearly as far: check both."
 
 
-def onset_sentence(case: Case) -> str:
+def onset(case: Case) -> Statement:
     """When the two flights part, or that they do not."""
     onset_s, in_field = case.diagnosis.onset_s, case.diagnosis.conditions == "field"
     if onset_s is None:
-        return (
+        text = (
             "No onset: nothing left what healthy flights do."
             if in_field
             else "No onset: the two flights did not part."
         )
-    if in_field:
-        return f"From {clock(onset_s)} on the flight departs from healthy ones (estimated onset)."
-    return f"The two flights part at {clock(onset_s)} (estimated onset)."
+        return say("onset", text)
+    text = (
+        f"From {clock(onset_s)} on the flight departs from healthy ones (estimated onset)."
+        if in_field
+        else f"The two flights part at {clock(onset_s)} (estimated onset)."
+    )
+    return say("onset", text, rests_on=("sensor",))
 
 
-def _persistence(case: Case) -> str:
+def _persistence(case: Case) -> Iterator[Statement]:
     """Since when the classifier has named its verdict without a break, or what it names later."""
     if len(case.diagnosis.time_s) == 0 or case.diagnosis.onset_s is None:
-        return ""
+        return
     if case.stands_since_s is not None:
-        return f"Every window ending at {clock(case.stands_since_s)} or later names it."
-    return " ".join(
-        f"Of {item.of} windows after the onset {item.windows} name "
-        f"{case.weighed[item.mode].mode.name} instead of it, the first ending at "
-        f"{clock(item.first_s)}."
-        for item in case.later
-    )
+        text = f"Every window ending at {clock(case.stands_since_s)} or later names it."
+        yield say("onset", text, rests_on=("verdict",))
+        return
+    for later in case.later:
+        text = (
+            f"Of {later.of} windows after the onset {later.windows} name "
+            f"{case.weighed[later.mode].mode.name} instead of it, the first ending at "
+            f"{clock(later.first_s)}."
+        )
+        yield say("onset", text, rests_on=("verdict",), mode=later.mode)
 
 
-def _interventions(case: Case) -> str:
+def _interventions(case: Case) -> Iterator[Statement]:
     """What was done on the way, and what follows from it for the evidence."""
-    said = []
     until_s = case.diagnosis.judged_until_s
-    for item in case.diagnosis.interventions:
-        at = clock(item.time_s)
-        if item.kind == "target":
-            said.append(f"New targets for both aircraft at {at}: {item.targets}.")
-        elif item.kind == "ground":
-            said.append(f"The flight ends on the ground at {at}.")
-        elif item.time_s == until_s:
-            said.append(f"Repaired at {at}: nothing later is evidence.")
+    for done in case.diagnosis.interventions:
+        at = clock(done.time_s)
+        if done.kind == "target":
+            text = f"New targets for both aircraft at {at}: {done.targets}."
+        elif done.kind == "ground":
+            text = f"The flight ends on the ground at {at}."
+        elif done.time_s == until_s:
+            text = f"Repaired at {at}: nothing later is evidence."
         else:
-            said.append(f"Repaired at {at}.")
-    return " ".join(said)
+            text = f"Repaired at {at}."
+        yield say("intervention", text, rests_on=("flight",))
 
 
-def _rating(mode: ModeKnowledge) -> str:
+def _rating(mode: ModeKnowledge) -> Iterator[Statement]:
     if mode.id == "nominal":
-        return ""
-    return (
+        return
+    yield from prose(
+        "rating",
         f"FMEA rating (1-10): severity {mode.severity}, occurrence {mode.occurrence}, "
-        f"detection {mode.detection}; RPN {mode.rpn}. ATA {mode.ata}. Records: {mode.records}"
+        f"detection {mode.detection}; RPN {mode.rpn}. ATA {mode.ata}. Records: {mode.records}",
+        rests_on=("knowledge",),
+        mode=mode.id,
     )
+
+
+def _classifier(case: Case) -> Statement:
+    model = " ".join(case.diagnosis.model.split())
+    return say("classifier", f"Classifier {model}, {case.diagnosis.conditions} conditions.")

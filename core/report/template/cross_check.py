@@ -1,35 +1,47 @@
 """The third section: every item of evidence against the verdict, and what is absent."""
 
+from collections.abc import Iterator, Sequence
+
 from core.clock import clock
 from core.diagnosis.diagnosis import Evidence
 from core.report.case.case import Case
 from core.report.case.findings import ChannelCheck
 from core.report.case.wording import expectation, interval, label, labels, shift, sigma
+from core.report.statement import Statement, item, paragraph, prose, row, say
+
+TABLE_HEAD = ("Channel", "Interval", "Shift", "Size", "Verdict")
+"""What the cells of a row of evidence are."""
 
 
-def cross_check(case: Case) -> str:
+def cross_check(case: Case) -> tuple[Statement, ...]:
     """A table of the evidence with a verdict each, then what is missing and what kept still."""
-    finding = case.top.finding
-    absences = "\n".join(f"- {line}" for line in _absences(case))
     if not case.evidence:
-        return f"No channel left its noise during the flight.\n\n{absences}".strip()
-    rows = [
-        f"| {label(item.channel)} | {_interval(item)} | {shift(item)} | {sigma(item.sigma)} "
-        f"| {_verdict(finding.check_of(item))} |"
-        for item in sorted(case.evidence, key=lambda item: (item.onset_s, -abs(item.sigma)))
-    ]
-    table = "\n".join(
-        [
-            "| Channel | Interval | Shift | Size | Verdict |",
-            "| --- | --- | --- | --- | --- |",
-            *rows,
-        ]
-    )
+        none = say("introduction", "No channel left its noise during the flight.")
+        return (*paragraph(none), *_absences(case))
     lead = (
         "Shift from the healthy mirror at the end of each interval, in the order in which "
-        f"the channels left it, against {finding.mode.name}. Predicted are settled amounts."
+        f"the channels left it, against {case.top.finding.mode.name}. Predicted are settled "
+        "amounts."
     )
-    return f"{lead}\n\n{table}\n\n{absences}".strip()
+    return (
+        *paragraph(*prose("introduction", lead)),
+        *(
+            _row(case, each)
+            for each in sorted(case.evidence, key=lambda each: (each.onset_s, -abs(each.sigma)))
+        ),
+        *_absences(case),
+    )
+
+
+def _row(case: Case, evidence: Evidence) -> Statement:
+    cells = (
+        label(evidence.channel),
+        _interval(evidence),
+        shift(evidence),
+        sigma(evidence.sigma),
+        _verdict(case.top.finding.check_of(evidence)),
+    )
+    return row("evidence", cells, rests_on=("sensor",), channels=(evidence.channel,))
 
 
 def _interval(item: Evidence) -> str:
@@ -62,7 +74,7 @@ def _verdict(check: ChannelCheck) -> str:
             return f"agrees: {should}"
 
 
-def _absences(case: Case) -> list[str]:
+def _absences(case: Case) -> Iterator[Statement]:
     """What should have moved and did not, and what rightly kept still."""
     finding = case.top.finding
     missing: dict[str, list[str]] = {}
@@ -70,15 +82,18 @@ def _absences(case: Case) -> list[str]:
         if check.expected is not None:
             words = expectation(check.expected, check.channel)
             missing.setdefault(words, []).append(check.channel)
-    lines = [
-        f"**Missing:** {labels(names)} should {words} but stayed within noise."
-        for words, names in missing.items()
-    ]
+    for words, names in missing.items():
+        text = f"{labels(names)} should {words} but stayed within noise."
+        yield from _absence("Missing:", text, names)
     quiet = [
         check.channel
         for check in finding.having("quiet")
         if check.expected is not None and check.expected.sign == "0"
     ]
     if quiet:
-        lines.append(f"**Quiet, as it should be:** {labels(quiet)}.")
-    return lines
+        yield from _absence("Quiet, as it should be:", f"{labels(quiet)}.", quiet)
+
+
+def _absence(lead: str, text: str, names: Sequence[str]) -> tuple[Statement, ...]:
+    said = say("absence", text, strong=lead, rests_on=("sensor",), channels=tuple(names))
+    return item("-", said)

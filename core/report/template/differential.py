@@ -1,58 +1,104 @@
 """The fourth section: what speaks for and against each mode that could be taken for the verdict."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
-from core.knowledge.knowledge import resolve
+from core.knowledge.knowledge import LookAlike, resolve
 from core.report.case.case import Candidate, Case
 from core.report.case.findings import ChannelCheck, Finding, strongest
 from core.report.case.wording import expectation, labels, moves, percent
+from core.report.statement import Basis, Statement, item, prose, say
 
 MAX_LISTED = 3
 """How many shifts a clause names, and clauses a line, before the rest is only counted."""
 
 
-def differential(case: Case) -> str:
+@dataclass(frozen=True, slots=True)
+class _Clause:
+    """One reason, and the channels that it names."""
+
+    text: str
+    channels: tuple[str, ...]
+
+
+def differential(case: Case) -> tuple[Statement, ...]:
     """The other candidates, then the look-alikes of the first, each weighed on the evidence."""
     rivals = (*case.candidates[1:], *case.look_alikes)
-    return "\n".join(weigh(case, rival) for rival in rivals)
+    return tuple(statement for rival in rivals for statement in weigh(case, rival))
 
 
-def weigh(case: Case, rival: Candidate) -> str:
-    """One rival with what speaks for and against it, as a list item."""
-    lines = [
-        f"- **{rival.mode.name}** ({percent(rival.probability)})",
-        f"  - For: {_for(rival)}.",
-        f"  - Against: {_against(rival)}.",
-        *(f"  - Tell: {text}" for text in _tells(case, rival)),
-    ]
-    return "\n".join(lines)
+def weigh(case: Case, rival: Candidate) -> Iterator[Statement]:
+    """One rival with what speaks for and against it, as a list item with items below it."""
+    odds = f"({percent(rival.probability)})"
+    name = rival.mode.name
+    yield from item("-", say("rival", odds, strong=name, rests_on=("verdict",), mode=rival.mode.id))
+    for words, clauses, none in (
+        ("For", _for(rival), "nothing in the evidence"),
+        ("Against", _against(rival), "nothing in the evidence; only the odds put it behind"),
+    ):
+        yield from _below(rival, _weighed(words, clauses, none))
+    for pair in _tells(case, rival):
+        yield from _below(
+            rival,
+            *prose("rival", f"Tell: {pair.tell}", rests_on=("knowledge",)),
+            _readings(case, pair.channels),
+        )
 
 
-def _for(rival: Candidate) -> str:
+def _weighed(words: str, clauses: Sequence[_Clause], none: str) -> Statement:
+    """The first few clauses behind ``words``, or ``none``."""
+    listed = clauses[:MAX_LISTED]
+    text = "; ".join(clause.text for clause in listed) or none
+    more = "; and more" if len(clauses) > MAX_LISTED else ""
+    channels = tuple(name for clause in listed for name in clause.channels)
+    basis: tuple[Basis, ...] = ("sensor",) if channels else ()
+    return say("rival", f"{words}: {text}{more}.", rests_on=basis, channels=channels)
+
+
+def _below(rival: Candidate, *statements: Statement) -> Iterator[Statement]:
+    for statement in item("-", *statements, indent=2):
+        yield replace(statement, mode=rival.mode.id)
+
+
+def _for(rival: Candidate) -> list[_Clause]:
     """The evidence that the rival would explain."""
     finding = rival.finding
     if not finding.predicted:
         quiet = len(finding.having("quiet"))
-        return f"{quiet} channels stayed within noise" if quiet else "nothing in the evidence"
+        return [_Clause(f"{quiet} channels stayed within noise", ())] if quiet else []
     agreeing = _listed(finding.confirmed)
-    return f"{agreeing}, as it predicts" if agreeing else "nothing in the evidence"
+    return [_Clause(f"{agreeing}, as it predicts", _names(finding.confirmed))] if agreeing else []
 
 
-def _against(rival: Candidate) -> str:
+def _against(rival: Candidate) -> list[_Clause]:
     """The evidence that the rival would leave open, and what it needs and is not there."""
     finding = rival.finding
-    reasons = [f"{_listed(group)} should {words}" for words, group in _conflicts(finding)]
-    if missing := labels(check.channel for check in finding.having("missing")):
-        reasons.append(f"no shift in {missing}")
-    if faint := _listed(finding.having("faint")):
-        reasons.append(f"{faint}: too faint")
-    if large := _listed(check for check in finding.checks if check.oversize):
-        reasons.append(f"{large}: too large")
-    if unexplained := labels(check.channel for check in finding.having("unexplained")):
-        reasons.append(f"leaves {unexplained} unexplained")
-    if not reasons:
-        return "nothing in the evidence; only the odds put it behind"
-    return "; ".join(reasons[:MAX_LISTED]) + ("; and more" if len(reasons) > MAX_LISTED else "")
+    reasons = [
+        _Clause(f"{_listed(group)} should {words}", _names(group))
+        for words, group in _conflicts(finding)
+    ]
+    missing, faint = finding.having("missing"), finding.having("faint")
+    large = tuple(check for check in finding.checks if check.oversize)
+    unexplained = finding.having("unexplained")
+    reasons += [
+        _Clause(text, _names(checks))
+        for checks, text in (
+            (missing, f"no shift in {_labels(missing)}"),
+            (faint, f"{_listed(faint)}: too faint"),
+            (large, f"{_listed(large)}: too large"),
+            (unexplained, f"leaves {_labels(unexplained)} unexplained"),
+        )
+        if checks
+    ]
+    return reasons
+
+
+def _names(checks: Iterable[ChannelCheck]) -> tuple[str, ...]:
+    return tuple(check.channel for check in checks)
+
+
+def _labels(checks: Iterable[ChannelCheck]) -> str:
+    return labels(_names(checks))
 
 
 def _conflicts(finding: Finding) -> list[tuple[str, list[ChannelCheck]]]:
@@ -72,21 +118,20 @@ def _listed(checks: Iterable[ChannelCheck]) -> str:
     return ", ".join(said[:MAX_LISTED]) + (f" and {more} more" if more > 0 else "")
 
 
-def _tells(case: Case, rival: Candidate) -> list[str]:
-    """What sets the rival apart from the first candidate, with what was measured there."""
+def _tells(case: Case, rival: Candidate) -> list[LookAlike]:
+    """What sets the rival apart from the first candidate."""
     top = case.top.mode
-    pairs = [item for item in top.look_alikes if item.mode == rival.mode.id] or [
-        item for item in rival.mode.look_alikes if item.mode == top.id
+    return [pair for pair in top.look_alikes if pair.mode == rival.mode.id] or [
+        pair for pair in rival.mode.look_alikes if pair.mode == top.id
     ]
-    return [f"{pair.tell} {_readings(case, pair.channels)}" for pair in pairs]
 
 
-def _readings(case: Case, channels: Iterable[str]) -> str:
+def _readings(case: Case, channels: Iterable[str]) -> Statement:
     """What the channels of a tell showed in this flight."""
     cylinder = case.top.finding.cylinder
-    names = [name for item in channels for name in resolve(item, cylinder)]
+    names = [name for each in channels for name in resolve(each, cylinder)]
     seen = strongest(case.evidence)
     shifts = moves(seen[name] for name in names if name in seen)
     still = labels(name for name in names if name not in seen)
     said = [*shifts, f"{still} within noise"] if still else shifts
-    return f"Here: {', '.join(said)}."
+    return say("rival", f"Here: {', '.join(said)}.", rests_on=("sensor",), channels=tuple(names))

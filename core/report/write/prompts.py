@@ -27,7 +27,7 @@ from core.report.case.wording import (
     shift,
     with_cylinder,
 )
-from core.report.report import SECTION_TITLES
+from core.report.sections import SECTIONS, Section, SectionId
 
 Message = dict[str, str]
 
@@ -45,16 +45,17 @@ _PLACEHOLDERS: dict[str, set[str]] = {
 
 @dataclass(frozen=True, slots=True)
 class Prompts:
-    """The files, checked. ``tasks``: (what to write, tokens it may take) by section title."""
+    """The files, checked. ``tasks``: (what to write, tokens it may take) by section."""
 
     templates: dict[str, Template]
-    tasks: dict[str, tuple[str, int]]
+    tasks: dict[SectionId, tuple[str, int]]
     grammar: str
 
-    def section(self, case: Case, title: str, *, knowledge: bool = True) -> list[Message]:
+    def section(self, case: Case, section: Section, *, knowledge: bool = True) -> list[Message]:
         """The messages that ask for one section, with or without the knowledge base."""
-        task, _ = self.tasks[title]
-        return self._messages(case, self._fill("section.md", title=title, task=task), knowledge)
+        task, _ = self.tasks[section.id]
+        asked = self._fill("section.md", title=section.title, task=task)
+        return self._messages(case, asked, knowledge)
 
     def question(self, case: Case, question: str, *, knowledge: bool = True) -> list[Message]:
         """The messages that ask a question; raises `InputError` if it is empty or too long."""
@@ -102,7 +103,9 @@ def read_prompts(folder: Path) -> Prompts:
         tables = tomllib.loads(_text(folder / "tasks.toml"))
     except tomllib.TOMLDecodeError as error:
         raise InputError("tasks.toml", f"is not TOML: {error}") from None
-    tasks = {title: _task(title, tables.get(title)) for title in SECTION_TITLES}
+    if unknown := tables.keys() - {section.id for section in SECTIONS}:
+        raise InputError("tasks.toml", f"has unknown sections {sorted(unknown)}")
+    tasks = {section.id: _task(section.id, tables.get(section.id)) for section in SECTIONS}
     return Prompts(templates, tasks, _text(folder / "section.gbnf"))
 
 
@@ -113,11 +116,11 @@ def _text(path: Path) -> str:
         raise InputError(path.name, f"cannot be read: {error}") from None
 
 
-def _task(title: str, table: Any) -> tuple[str, int]:
+def _task(section_id: str, table: Any) -> tuple[str, int]:
     match table:
         case {"task": str(task), "max_tokens": int(tokens)} if task and tokens > 0:
             return task, tokens
-    raise InputError(f"tasks.toml, {title}", "must have task (text) and max_tokens (above 0)")
+    raise InputError(f"tasks.toml, {section_id}", "must have task (text) and max_tokens (above 0)")
 
 
 def _facts(case: Case) -> dict[str, str]:

@@ -1,65 +1,57 @@
 """Who writes a report: the template, or a language model behind an endpoint. One interface."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Protocol
 
+from core.report.answers import offline_answer
 from core.report.case.case import Case
-from core.report.report import SECTION_TITLES
-from core.report.template.answers import offline_answer
-from core.report.template.conclusion import conclusion
-from core.report.template.cross_check import cross_check
-from core.report.template.differential import differential
-from core.report.template.template import WRITER, maintenance, mechanism
+from core.report.sections import Section
+from core.report.statement import Statement
 from core.report.write.endpoint import Endpoint
 from core.report.write.prompts import ANSWER_TOKENS, prompts
+
+TEMPLATE = "template"
+"""The name of the template as a writer."""
 
 
 class Writer(Protocol):
     """Writes the sections of a report one after the other.
 
-    ``name`` says who on the report. Texts come in pieces of any size; a writer that cannot go on
-    raises `core.report.write.endpoint.WriterError`.
+    ``name``: who, on the report. ``is_trusted``: whether what it writes is true by construction, so
+    that nothing is checked or added. It gives statements, or text in pieces of any size, which is
+    checked. A writer that cannot go on raises `core.report.write.endpoint.WriterError`.
     """
 
     @property
     def name(self) -> str:
         """Who writes."""
 
-    def section(self, case: Case, title: str) -> Iterator[str]:
-        """The text of one section, in Markdown."""
+    @property
+    def is_trusted(self) -> bool:
+        """Whether it needs no check."""
 
-    def answer(self, case: Case, question: str) -> Iterator[str]:
+    def section(self, case: Case, section: Section) -> Iterator[Statement | str]:
+        """One section, text in Markdown."""
+
+    def answer(self, case: Case, question: str) -> Iterator[Statement | str]:
         """An answer to a question about the case."""
-
-
-_SECTIONS: dict[str, Callable[[Case], str]] = dict(
-    zip(
-        SECTION_TITLES,
-        (conclusion, mechanism, cross_check, differential, maintenance),
-        strict=True,
-    )
-)
-
-
-def template_section(case: Case, title: str) -> str:
-    """A section as the template writes it."""
-    return _SECTIONS[title](case)
 
 
 @dataclass(frozen=True, slots=True)
 class TemplateWriter:
     """The offline writer: needs nothing, never fails."""
 
-    name: str = WRITER
+    name: str = TEMPLATE
+    is_trusted: bool = True
 
-    def section(self, case: Case, title: str) -> Iterator[str]:
-        """The text of one section."""
-        yield template_section(case, title)
+    def section(self, case: Case, section: Section) -> Iterator[Statement]:
+        """The statements of one section."""
+        yield from section.write(case)
 
-    def answer(self, case: Case, question: str) -> Iterator[str]:
+    def answer(self, case: Case, question: str) -> Iterator[Statement]:
         """An answer from the knowledge base."""
-        yield offline_answer(case, question)
+        yield from offline_answer(case, question)
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,10 +66,15 @@ class ModelWriter:
         """The name of the model."""
         return self.endpoint.model
 
-    def section(self, case: Case, title: str) -> Iterator[str]:
+    @property
+    def is_trusted(self) -> bool:
+        """Never."""
+        return False
+
+    def section(self, case: Case, section: Section) -> Iterator[str]:
         """The text of one section; raises `WriterError`."""
-        messages = prompts().section(case, title, knowledge=self.knowledge)
-        return self.endpoint.stream(messages, prompts().tasks[title][1])
+        messages = prompts().section(case, section, knowledge=self.knowledge)
+        return self.endpoint.stream(messages, prompts().tasks[section.id][1])
 
     def answer(self, case: Case, question: str) -> Iterator[str]:
         """An answer; raises `WriterError`, and `InputError` for a question that is none."""

@@ -20,7 +20,7 @@ from core.fmea.fault import Fault
 from core.report.case.case import open_case
 from core.report.check.metrics import CHECKED, HOW_CHECKED
 from core.report.grounded import Done, GroundedReport, grounded_template, write_grounded
-from core.report.report import SECTION_TITLES
+from core.report.sections import SECTION_TITLES
 from core.report.write.endpoint import MODEL, URL, Endpoint
 from core.report.write.offers import offers
 from core.report.write.writers import ModelWriter
@@ -69,7 +69,7 @@ def plain(components: list[Any]) -> Any:
 
 
 def test_the_template_stands_in_sections_lists_and_a_table() -> None:
-    tree = plain(report_text(TEMPLATE.sentences, by="template"))
+    tree = plain(report_text(TEMPLATE.sentences, is_trusted=True))
     assert [part["children"] for part in parts(tree, "H2")] == list(SECTION_TITLES)
     assert [part["children"] for part in parts(tree, "Th")][:2] == ["Channel", "Interval"]
     rows = [part for part in parts(tree, "Tr") if part.get("className") == "claim"]

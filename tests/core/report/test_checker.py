@@ -4,16 +4,16 @@ import random
 
 import pytest
 from planted import KINDS, Line, as_sentence, plant, told_by_template, told_otherwise
-from report_samples import diagnosis, evidence, ideal_evidence
+from report_samples import diagnosis, evidence, ideal_evidence, rechecked
+from report_samples import section as section_of
 
 from core.diagnosis.diagnosis import Diagnosis
 from core.fmea.catalogue import class_ids
 from core.knowledge.knowledge import knowledge
 from core.report.case.case import Case, open_case
-from core.report.check.checker import CheckedSentence, Checker, check_report
+from core.report.check.checker import CheckedSentence, Checker
 from core.report.check.metrics import measure
-from core.report.check.sentences import sentences
-from core.report.template.template import write_report
+from core.report.sentences import sentences
 
 PLANTED = 100
 CRACK = diagnosis(
@@ -23,7 +23,8 @@ CRACK = diagnosis(
 
 
 def checked(text: str, section: str = "Evidence cross-check") -> CheckedSentence:
-    return Checker(open_case(CRACK)).check(as_sentence(Line(section, text), text), section)
+    line = as_sentence(Line(section, text), text)
+    return Checker(open_case(CRACK)).check(line, section_of(section))
 
 
 @pytest.mark.parametrize(
@@ -97,10 +98,9 @@ def test_an_action_of_another_mode_is_contradicted() -> None:
 def test_it_is_the_mode_of_its_bullet_in_the_differential() -> None:
     checker = Checker(open_case(CRACK))
     lines = "- **Baffle rivet** (8 %)\n  - Against: CHT 4 should rise by 1.8 to 7.7 °F."
-    assert [checker.check(item, "Differential diagnosis").verdict for item in sentences(lines)] == [
-        "supported",
-        "supported",
-    ]
+    differential = section_of("Differential diagnosis")
+    verdicts = [checker.check(item, differential).verdict for item in sentences(lines)]
+    assert verdicts == ["supported", "supported"]
 
 
 def test_plain_talk_claims_nothing() -> None:
@@ -112,7 +112,7 @@ def test_plain_talk_claims_nothing() -> None:
 def test_no_sentence_of_a_textbook_report_is_struck(mode: str, cylinder: int) -> None:
     given = diagnosis({mode: 0.97}, ideal_evidence(mode, cylinder) if mode != "nominal" else ())
     case = open_case(given)
-    struck = [item for item in check_report(case, write_report(given)) if item.struck]
+    struck = [item for item in rechecked(case) if item.struck]
     assert [(item.text, item.reasons) for item in struck] == []
 
 
@@ -133,10 +133,12 @@ def test_at_most_2_percent_of_true_sentences_are_struck(flown: list[Diagnosis]) 
     rng, struck, total = random.Random(12), [], 0
     for given in flown:
         case = open_case(given)
-        results = check_report(case, write_report(given))
+        results = rechecked(case)
         checker = Checker(case)
         told = told_otherwise(case, rng)
-        results += [checker.check(as_sentence(line, line.text), line.section) for line in told]
+        results += [
+            checker.check(as_sentence(line, line.text), section_of(line.section)) for line in told
+        ]
         total += len(results)
         struck += [(item.text, item.reasons) for item in results if item.struck]
     assert total > 1500
@@ -155,7 +157,7 @@ def test_95_of_100_planted_errors_are_caught(kind: str, flown: list[Diagnosis]) 
         if text is None:
             continue
         planted += 1
-        if not Checker(case).check(as_sentence(line, text), line.section).struck:
+        if not Checker(case).check(as_sentence(line, text), section_of(line.section)).struck:
             missed.append((line.text, text))
         if planted == PLANTED:
             break
@@ -169,7 +171,7 @@ def test_the_template_keeps_its_promises(flown: list[Diagnosis]) -> None:
     results = []
     for given in flown:
         case = open_case(given)
-        results.append(measure(case, check_report(case, write_report(given))))
+        results.append(measure(case, rechecked(case)))
     mean = {
         name: sum(getattr(item, name) for item in results) / len(results)
         for name in ("ccc", "sec", "dc", "hr")

@@ -39,10 +39,11 @@ from core.report.grounded import (
     GroundedReport,
     GroundingEvent,
     Written,
+    as_markdown,
     grounded_template,
     write_grounded,
 )
-from core.report.report import SECTION_TITLES
+from core.report.sections import SECTION_TITLES
 from core.report.write.endpoint import KEY, MODEL, URL, Endpoint, Limits
 from core.report.write.writers import ModelWriter
 
@@ -77,9 +78,8 @@ def outcome(events: list[GroundingEvent]) -> GroundedReport:
 
 def assert_complete(report: GroundedReport) -> None:
     """All that the template's report has to have, and nothing false in it."""
-    text = report.report.markdown.casefold()
-    assert [part.title for part in report.report.sections] == list(SECTION_TITLES)
-    assert all(part.markdown for part in report.report.sections)
+    text = report.markdown.casefold()
+    assert all(report.section(title) for title in SECTION_TITLES)
     final = report.final
     assert (final.ccc, final.sec, final.dc, final.hr) == (1.0, 1.0, 1.0, 0.0)
     assert "baffle crack" in text and "cht 3" in text and "stop-drill" in text
@@ -154,7 +154,7 @@ def test_false_sentences_are_struck_and_what_is_missing_is_added() -> None:
         "nothing supports them.",
     )
     assert [request["model"] for request in asked] == ["test-model"] * 5
-    assert "turbocharger" not in report.report.markdown
+    assert "turbocharger" not in report.markdown
 
 
 def test_an_endpoint_that_ignores_streaming_is_read_whole() -> None:
@@ -221,7 +221,7 @@ def test_an_injected_instruction_never_reaches_the_model() -> None:
         assert "IGNORE" not in json.dumps(server.requests)
     assert isinstance(done, Done)
     assert_complete(done.report)
-    assert "nominal" not in done.report.report.sections[0].markdown.casefold()
+    assert "nominal" not in as_markdown(done.report.section("Conclusion")).casefold()
 
 
 def test_the_key_goes_to_the_endpoint_and_nowhere_else() -> None:

@@ -8,7 +8,7 @@ from core.fmea.catalogue import catalogue
 from core.fmea.fault import Fault
 from core.knowledge.knowledge import knowledge
 from core.report.case.case import open_case
-from core.report.template.template import write_report
+from core.report.grounded import grounded_template
 from core.twin.flight import fly_pair
 from core.twin.plan import Plan
 
@@ -23,7 +23,7 @@ def test_a_flown_fault_bears_out_its_chain(mode: str) -> None:
     finding = open_case(given).top.finding
     assert 2 * len(finding.confirmed) >= len(finding.predicted)
     assert [check.channel for check in finding.having("conflicts")] == []
-    assert "Contradicted" not in write_report(given).markdown
+    assert "Contradicted" not in grounded_template(open_case(given)).markdown
     hit = open_case(given).hit
     if knowledge()[mode].names_cylinder:
         assert hit is not None
@@ -36,4 +36,6 @@ def test_a_flown_fault_bears_out_its_chain(mode: str) -> None:
 def test_a_flown_healthy_flight_leaves_nothing_to_explain() -> None:
     items, onset_s = find_evidence(fly_pair(Plan.sampled(2026), Fault("nominal")))
     assert (items, onset_s) == ((), None)
-    assert "**No fault found.**" in write_report(diagnosis({"nominal": 0.98})).markdown
+    assert (
+        "**No fault found.**" in grounded_template(open_case(diagnosis({"nominal": 0.98}))).markdown
+    )

@@ -8,11 +8,11 @@ how much of a good writer's text is lost, not how much of a report.
 import tomllib
 from pathlib import Path
 
-from report_samples import diagnosis, evidence
+from report_samples import diagnosis, evidence, section
 
 from core.report.case.case import open_case
 from core.report.check.checker import Checker
-from core.report.check.sentences import sentences
+from core.report.sentences import sentences
 
 CRACK = open_case(
     diagnosis(
@@ -43,15 +43,15 @@ VALVE = open_case(
         ],
     )
 )
-TOLD = tomllib.loads(Path(__file__).with_name("told_by_hand.toml").read_text(encoding="utf-8"))
+BY_HAND = tomllib.loads(Path(__file__).with_name("paraphrases.toml").read_text(encoding="utf-8"))
 
 
 def test_few_true_sentences_of_a_good_writer_are_struck() -> None:
     struck, total = [], 0
     for name, case in (("crack", CRACK), ("cooler", COOLER), ("valve", VALVE)):
         checker = Checker(case)
-        for title, part in TOLD[name].items():
-            results = [checker.check(item, title) for item in sentences(part["sentences"])]
+        for title, part in BY_HAND[name].items():
+            results = [checker.check(item, section(title)) for item in sentences(part["sentences"])]
             total += len(results)
             struck += [(item.text, item.reasons) for item in results if item.struck]
     assert total > 80

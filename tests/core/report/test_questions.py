@@ -5,9 +5,9 @@ from hostile import chat_server, hangs, says
 from report_samples import diagnosis, evidence
 
 from core.errors import InputError
+from core.report.answers import modes_meant
 from core.report.grounded import Done, GroundedReport, as_markdown
 from core.report.questions import ask
-from core.report.template.answers import modes_meant
 from core.report.write.endpoint import Endpoint, Limits
 from core.report.write.writers import ModelWriter, Writer
 

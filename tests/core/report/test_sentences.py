@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from report_samples import diagnosis, ideal_evidence
 
-from core.report.check.sentences import MAX_LINE_CHARS, Sentence, SentenceSplitter, sentences
-from core.report.template.template import write_report
+from core.report.case.case import open_case
+from core.report.grounded import grounded_template
+from core.report.sentences import MAX_LINE_CHARS, Sentence, SentenceSplitter, sentences
 
 
 def plain(markdown: str) -> list[str]:
@@ -43,7 +44,9 @@ def in_pieces(text: str, cuts: list[int]) -> list[Sentence]:
 @settings(deadline=None)
 @given(st.lists(st.integers(0, 100_000), max_size=60))
 def test_however_it_streams_the_sentences_are_the_same(cuts: list[int]) -> None:
-    report = write_report(diagnosis({"baffle_seal": 0.8}, ideal_evidence("baffle_seal", 1)))
+    report = grounded_template(
+        open_case(diagnosis({"baffle_seal": 0.8}, ideal_evidence("baffle_seal", 1)))
+    )
     assert in_pieces(report.markdown, cuts) == sentences(report.markdown)
 
 

@@ -19,7 +19,7 @@ from core.report.case.wording import (
 
 
 @pytest.mark.parametrize(
-    ("time_s", "text"), [(0.0, "0:00"), (59.5, "1:00"), (63.02, "1:03"), (7200.0, "120:00")]
+    ("time_s", "text"), [(0.0, "0:00"), (59.5, "1:00"), (63.02, "1:03"), (7200.0, "2:00:00")]
 )
 def test_clock(time_s: float, text: str) -> None:
     assert clock(time_s) == text

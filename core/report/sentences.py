@@ -1,4 +1,4 @@
-"""A report cut into the sentences that are checked one by one, whole or while it streams.
+"""Sentences: text cut into the units that are checked one by one, whole or while it streams.
 
 The unit is what a reader would accept or strike as a whole: a sentence of a paragraph or list item,
 or a row of a table.
@@ -107,11 +107,12 @@ def _of_line(line: str) -> Iterator[Sentence]:
     marker, indent = "", 0
     if item := _ITEM.match(line.rstrip()):
         kind, marker, indent, text = "item", item["marker"], len(item["indent"]), item["text"]
-    for index, part in enumerate(_split(text)):
+    for index, part in enumerate(split(text)):
         yield Sentence(part, kind, marker, indent, first=index == 0)
 
 
-def _split(text: str) -> Iterator[str]:
+def split(text: str) -> Iterator[str]:
+    """The sentences of a text without line breaks."""
     start = 0
     for end in _END.finditer(text):
         before = text[start : end.start()]

@@ -11,23 +11,23 @@ from core.knowledge.knowledge import ModeKnowledge, knowledge
 from core.knowledge.lexicon import stems, terms
 from core.report.case.wording import with_cylinder
 from core.report.check.mentions import Quantity, quantities
-from core.report.check.sentences import plain_text, sentences
+from core.report.sentences import plain_text, sentences
 
-StatementKind = Literal["summary", "mechanism", "chain", "tell", "action", "ata", "records"]
+KnownKind = Literal["summary", "mechanism", "chain", "tell", "action", "ata", "records"]
 
 _LABEL = re.compile(r"^(?:tell|records|ata|step \d|action)\s*:?\s+", re.IGNORECASE)
 _EDGE = " .,;:!?()\"'"
 
 
 @dataclass(frozen=True, slots=True)
-class Statement:
+class KnownSentence:
     """One sentence of the knowledge of ``mode``; ``step`` counts causal steps and actions from 1.
 
     ``terms``: stems of its words that say something. ``about``: for a tell, the look-alike.
     """
 
     mode: str
-    kind: StatementKind
+    kind: KnownKind
     step: int
     text: str
     terms: frozenset[str]
@@ -41,13 +41,13 @@ def normal(text: str) -> str:
 
 
 @cache
-def statements(mode_id: str) -> tuple[Statement, ...]:
+def known_sentences(mode_id: str) -> tuple[KnownSentence, ...]:
     """All statements of a mode, as the file has them ("the affected cylinder")."""
-    return tuple(_statements(knowledge()[mode_id]))
+    return tuple(_sentences(knowledge()[mode_id]))
 
 
-def _statements(mode: ModeKnowledge) -> Iterator[Statement]:
-    texts: list[tuple[StatementKind, int, str, str | None]] = [
+def _sentences(mode: ModeKnowledge) -> Iterator[KnownSentence]:
+    texts: list[tuple[KnownKind, int, str, str | None]] = [
         ("summary", 0, mode.summary, None),
         ("mechanism", 0, mode.mechanism, None),
         ("ata", 0, mode.ata, None),
@@ -58,14 +58,14 @@ def _statements(mode: ModeKnowledge) -> Iterator[Statement]:
     texts += [("action", step, text, None) for step, text in enumerate(mode.actions, start=1)]
     for kind, step, text, about in texts:
         for sentence in sentences(text):
-            yield Statement(mode.id, kind, step, sentence.plain, terms(sentence.plain), about)
+            yield KnownSentence(mode.id, kind, step, sentence.plain, terms(sentence.plain), about)
 
 
 @cache
-def passages(mode_id: str) -> tuple[Statement, ...]:
+def passages(mode_id: str) -> tuple[KnownSentence, ...]:
     """The statements of a mode with those of one step or action taken together."""
-    found: dict[tuple[str, int, str | None], Statement] = {}
-    for item in statements(mode_id):
+    found: dict[tuple[str, int, str | None], KnownSentence] = {}
+    for item in known_sentences(mode_id):
         key = (item.kind, item.step, item.about)
         before = found.get(key)
         if before is not None:
@@ -77,11 +77,11 @@ def passages(mode_id: str) -> tuple[Statement, ...]:
 
 
 @cache
-def quotes(cylinder: int | None) -> dict[str, tuple[Statement, ...]]:
+def quotes(cylinder: int | None) -> dict[str, tuple[KnownSentence, ...]]:
     """Every statement of every mode by its `normal` text, with ``cylinder`` named where known."""
-    found: dict[str, list[Statement]] = {}
+    found: dict[str, list[KnownSentence]] = {}
     for mode_id in knowledge():
-        for item in statements(mode_id):
+        for item in known_sentences(mode_id):
             for text in {item.text, with_cylinder(item.text, cylinder)}:
                 found.setdefault(normal(text), []).append(item)
     return {text: tuple(items) for text, items in found.items()}
@@ -93,7 +93,7 @@ def vocabulary(mode_id: str) -> frozenset[str]:
     mode = knowledge()[mode_id]
     names = " ".join([mode.name, *(knowledge()[item.mode].name for item in mode.look_alikes)])
     parts: set[str] = set(stems(names))
-    for item in statements(mode_id):
+    for item in known_sentences(mode_id):
         parts |= set(stems(item.text))
     return frozenset(parts)
 
@@ -102,7 +102,7 @@ def vocabulary(mode_id: str) -> frozenset[str]:
 def known_quantities(mode_id: str) -> tuple[Quantity, ...]:
     """Every number in the knowledge of a mode, with the ranges of its channels and its shares."""
     mode = knowledge()[mode_id]
-    texts = [item.text for item in statements(mode_id)]
+    texts = [item.text for item in known_sentences(mode_id)]
     texts += [with_cylinder(text, cylinder) for text in texts for cylinder in CYLINDERS]
     shares = [f"{100.0 * share:.0f} %" for share in mode.cylinder_share]
     return tuple(item for text in [*texts, *shares] for item in quantities(text, ()))
