@@ -1,16 +1,17 @@
 """The engine view: what an engine monitor shows, at the time cursor, with the mirror as a ghost.
 
 A flat four seen from above, two bars on each cylinder, EGT above CHT, and gauges beside it. The
-page holds the samples, so ``assets/engine.js`` draws it all; here is what it draws.
+page holds the samples, so ``fly/engine.js`` draws it all; here is what it draws, and where.
 """
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from dash import html
 
 from app.kit.attributes import attributes
-from core.channels import CYLINDERS, Channel, cht_name, egt_name
+from core.channels import Channel, cht_name, egt_name
+from core.cylinders import LAYOUT
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,28 +27,39 @@ class Scale:
     low_matters: bool = True
 
 
+def _on_cylinder(cylinder: int) -> dict[str, Scale]:
+    """The gauges of a cylinder, from above."""
+    return {
+        egt_name(cylinder): Scale(600.0, 1700.0),
+        cht_name(cylinder): Scale(100.0, 540.0, low_matters=False),
+    }
+
+
 SCALES: dict[str, Scale] = {
-    **{egt_name(cylinder): Scale(600.0, 1700.0) for cylinder in CYLINDERS},
-    **{cht_name(cylinder): Scale(100.0, 540.0, low_matters=False) for cylinder in CYLINDERS},
+    **{name: scale for c in LAYOUT for name, scale in _on_cylinder(c).items()},
     "E1 RPM": Scale(500.0, 3000.0, low_matters=False),
     "E1 OilT": Scale(50.0, 270.0, low_matters=False),
     "E1 OilP": Scale(0.0, 130.0),
+    "FQtyL": Scale(0.0, 27.0),
+    "FQtyR": Scale(0.0, 27.0),
+    "E1 FFlow": Scale(0.0, 16.0, low_matters=False),
     "volt1": Scale(22.0, 34.0),
     "volt2": Scale(22.0, 34.0),
     "amp1": Scale(-40.0, 40.0),
     "amp2": Scale(-10.0, 10.0),
-    "FQtyL": Scale(0.0, 27.0),
-    "FQtyR": Scale(0.0, 27.0),
-    "E1 FFlow": Scale(0.0, 16.0, low_matters=False),
 }
-"""The gauges of the engine view. Ammeters are the only ones with zero in the middle."""
+"""The gauges of the engine view, in their order. Ammeters alone have zero in the middle."""
+
+_CYLINDER_OF = {name: cylinder for cylinder in LAYOUT for name in _on_cylinder(cylinder)}
+_ORDER = {name: order for order, name in enumerate(SCALES)}
 
 
 def gauge_spec(channel: Channel) -> dict[str, Any] | None:
     """How to draw a channel's gauge, None for one that has none.
 
     ``bands`` are stretches of the scale, each with its status, from ``low`` to ``high``; a reading
-    has the status of the stretch that it lies in.
+    has the status of the stretch that it lies in. ``form`` is how it is drawn: on a ``cylinder`` at
+    its ``place``, as a ``dial``, or as a ``bar`` with others under its ``title``.
     """
     scale = SCALES.get(channel.name)
     if scale is None:
@@ -61,7 +73,21 @@ def gauge_spec(channel: Channel) -> dict[str, Any] | None:
             if end > start
         ],
         "red": [limit for limit in channel.red if limit is not None],
+        "order": _ORDER[channel.name],
+        **_position(channel),
     }
+
+
+def _position(channel: Channel) -> dict[str, Any]:
+    """Where a gauge stands in the view."""
+    cylinder = _CYLINDER_OF.get(channel.name)
+    if cylinder is not None:
+        kind = channel.label.removesuffix(f" {cylinder}")
+        place = asdict(LAYOUT[cylinder])
+        return {"form": "cylinder", "title": kind, "cylinder": cylinder, "place": place}
+    form = "dial" if channel.subsystem == "engine" else "bar"
+    title = channel.subsystem.capitalize()
+    return {"form": form, "title": title, "cylinder": None, "place": None}
 
 
 def _bands(channel: Channel, scale: Scale) -> list[tuple[float, float, str]]:
@@ -81,7 +107,7 @@ def _bands(channel: Channel, scale: Scale) -> list[tuple[float, float, str]]:
 
 
 def engine_view() -> html.Section:
-    """The panel, which ``assets/engine.js`` fills once there is a first sample."""
+    """The panel, which ``fly/engine.js`` fills once there is a first sample."""
     return html.Section(
         [
             html.Div(
