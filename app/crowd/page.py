@@ -241,7 +241,7 @@ class CrowdPage:
                 self.props |= {(own["id"], name): held for name, held in own.items()}
 
     def _taken(self, flight: Mapping[str, Any], now_s: float) -> None:
-        """Do as `assets/tiles.js` does, without drawing."""
+        """Do as `fly/tiles.js` does, without drawing."""
         count = 0
         if "whole" in flight:
             self.whole = dict(flight)

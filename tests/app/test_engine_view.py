@@ -5,13 +5,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scripts import answers
 
 from app.figures.engine_view import gauge_spec
 from app.figures.marks import limit_marks, named_marks, track, verdict_marks
 from app.figures.sensors import tile_specs
 from app.pages.fly.cursor_tools import UNIT_CHOICES
 from app.theme import DIVERGING
-from core.channels import CHANNELS, N_CHANNELS, channel
+from core.channels import CHANNELS, N_CHANNELS, channel, cht_name, egt_name
+from core.cylinders import LAYOUT
 from core.diagnosis.diagnosis import Diagnosis, Evidence
 from core.fmea.catalogue import class_ids
 from core.fmea.fault import Fault
@@ -22,19 +24,12 @@ from core.units import OTHER_UNITS, QUANTITIES
 FAULT = Fault("engine_failure", 0.8, 60.0)
 RIGHT = class_ids().index("engine_failure")
 
-
-def status(name: str, value: float) -> str:
-    """The status of a reading, as `engine.js` finds it."""
-    spec = gauge_spec(channel(name))
-    assert spec is not None
-    bands = spec["bands"]
-    return str(next((band["status"] for band in bands if value <= band["to"]), bands[-1]["status"]))
+GAUGES = [logged.name for logged in CHANNELS if logged.gauge]
 
 
 class TestGauges:
-    @pytest.mark.parametrize(
-        ("name", "value", "expected"),
-        [
+    def test_a_reading_has_the_status_that_its_limits_give_it(self) -> None:
+        readings = [
             ("E1 CHT2", 320.0, "normal"),
             ("E1 CHT2", 450.0, "caution"),
             ("E1 CHT2", 501.0, "limit"),
@@ -49,18 +44,33 @@ class TestGauges:
             ("E1 RPM", 2701.0, "limit"),
             ("volt1", 24.0, "limit"),
             ("amp1", -10.0, "caution"),
-        ],
-    )
-    def test_a_reading_has_the_status_that_its_limits_give_it(
-        self, name: str, value: float, expected: str
-    ) -> None:
-        assert status(name, value) == expected
+        ]
+        calls = [[gauge_spec(channel(name)), value] for name, value, _ in readings]
+        assert answers("kit/gauge.js", "statusOf", calls) == [status for *_, status in readings]
 
     def test_every_cylinder_and_system_of_the_engine_has_one(self) -> None:
         for logged in CHANNELS:
             assert (gauge_spec(logged) is None) == (logged.subsystem == "flight")
 
-    @pytest.mark.parametrize("name", [logged.name for logged in CHANNELS if logged.gauge])
+    def test_each_is_drawn_where_the_engine_has_it(self) -> None:
+        specs = {name: gauge_spec(channel(name)) or {} for name in GAUGES}
+        for cylinder, place in LAYOUT.items():
+            kinds = {egt_name(cylinder): "EGT", cht_name(cylinder): "CHT"}
+            for name, kind in kinds.items():
+                spec = specs[name]
+                assert (spec["form"], spec["title"], spec["cylinder"]) == (
+                    "cylinder",
+                    kind,
+                    cylinder,
+                )
+                assert spec["place"] == {"side": place.side, "row": place.row}
+            assert specs[egt_name(cylinder)]["order"] < specs[cht_name(cylinder)]["order"]
+        assert specs["E1 RPM"]["form"] == "dial"
+        in_order = sorted(specs.values(), key=lambda spec: spec["order"])
+        beside = [spec["title"] for spec in in_order if spec["form"] == "bar"]
+        assert list(dict.fromkeys(beside)) == ["Oil", "Fuel", "Electrical"]
+
+    @pytest.mark.parametrize("name", GAUGES)
     def test_bands_follow_each_other_and_the_limits_are_on_the_scale(self, name: str) -> None:
         spec = gauge_spec(channel(name))
         assert spec is not None

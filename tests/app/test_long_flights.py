@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from scripts import PageFlight
 
 from app.figures.streamed import GROUPS, LIVE_POINTS
 from app.pages.fly.files import part_of, streamed_part
@@ -51,28 +52,6 @@ def floats(text: str) -> NDArray[np.float32]:
     return np.frombuffer(b64decode(text), dtype=np.float32)
 
 
-class Browser:
-    """What ``assets/flight.js`` holds of a flight that is streamed."""
-
-    def __init__(self) -> None:
-        self.samples = np.empty((2, N_CHANNELS, 0), dtype=np.float32)
-        self.extremes = np.empty((3, N_CHANNELS, 0), dtype=np.float32)
-        self.n_bytes = 0
-
-    def take(self, message: dict[str, Any]) -> dict[str, Any]:
-        """Take a message; returns what the page then says that it holds."""
-        start, group = message["start"], message["group"] * 6
-        both = np.stack([floats(message[side]) for side in ("faulted", "mirror")])
-        both = both.reshape(2, N_CHANNELS, -1)
-        self.samples = np.concatenate([self.samples[:, :, :start], both], axis=2)
-        came = np.stack([floats(text) for text in message["extremes"]]).reshape(3, N_CHANNELS, -1)
-        assert group <= self.extremes.shape[2]
-        self.extremes = np.concatenate([self.extremes[:, :, :group], came], axis=2)
-        self.n_bytes += sum(len(message[side]) for side in ("time_s", "faulted", "mirror"))
-        self.n_bytes += sum(map(len, message["extremes"]))
-        return {"key": message["key"], "count": self.samples.shape[2]}
-
-
 def blocks(pair: Pair, seconds: float) -> Iterator[Pair]:
     """A pair as it is flown, block by block."""
     rows = round(seconds / DT_S)
@@ -84,17 +63,29 @@ def view_of(plan: Plan) -> RunView:
     return RunView(RunRecord(new_run_id(), "2026-11-23T06:15:00+00:00", "queued", plan, Fault()))
 
 
-def streamed(pair: Pair, plan: Plan, block_s: float, a_batch: int) -> Browser:
-    """What a page has come to hold by the end; each of its batches has so many blocks."""
-    view, browser, seconds = view_of(plan), Browser(), Seconds()
+def size(message: dict[str, Any]) -> int:
+    """The characters of a message's samples."""
+    own = sum(len(message[side]) for side in ("time_s", "faulted", "mirror"))
+    return own + sum(map(len, message["extremes"]))
+
+
+def lines(rows: list[list[float]]) -> NDArray[np.float64]:
+    """Time, faulted and mirror (3, n) as the page has them."""
+    return np.array(rows, dtype=np.float64)
+
+
+def stream(pair: Pair, plan: Plan, block_s: float, a_batch: int, page: PageFlight) -> int:
+    """Send a flight to a page, so many blocks a batch; returns how much was sent."""
+    view, seconds, n_sent = view_of(plan), Seconds(), 0
     batch = []
     for block in blocks(pair, block_s):
         batch.append(_samples("r", block, seconds.push(block)))
         if len(batch) == a_batch:
             sent = [item.value for item in view.changes(batch) if item.component_id == "flight"]
-            view.taken = browser.take(sent[-1])
+            view.taken = page.take(sent[-1])
+            n_sent += size(sent[-1])
             batch = []
-    return browser
+    return n_sent
 
 
 @settings(max_examples=40)
@@ -143,34 +134,41 @@ def assert_spikes(time_s: Any, faulted: Any, mirror: Any) -> None:
 
 
 def test_a_spike_is_there_while_two_hours_stream(two_hours: Pair) -> None:
-    browser = streamed(two_hours, TWO_HOURS, 5.0, 40)
-    assert_spikes(*browser.extremes[:, CHT1])
-    assert browser.samples.shape[2] == pytest.approx(LIVE_POINTS, rel=0.01)
-    assert browser.extremes.shape[2] <= 6 * GROUPS
-    assert browser.n_bytes < 1e6, "the page has 2 MB for a flight, and its whole view is to come"
+    with PageFlight() as page:
+        n_sent = stream(two_hours, TWO_HOURS, 5.0, 40, page)
+        drawn, extremes = lines(page.rows(CHT1)), lines(page.extremes(CHT1))
+    assert_spikes(*drawn)
+    assert_spikes(*extremes)
+    assert np.all(np.diff(drawn[0]) > 0.0)
+    assert extremes.shape[1] <= 6 * GROUPS
+    assert drawn.shape[1] <= 1.01 * LIVE_POINTS + extremes.shape[1]
+    assert n_sent < 1e6, "the page has 2 MB for a flight, and its whole view is to come"
 
 
 def test_a_spike_is_there_as_soon_as_its_second_is_over(two_hours: Pair) -> None:
     late = two_hours[SPIKE_ROW - 2_357 : SPIKE_ROW + 43]
-    browser = streamed(Pair(late.faulted, late.mirror), TWO_HOURS, 0.2, 1)
-    assert browser.extremes[1, CHT1].max() == SPIKE
+    with PageFlight() as page:
+        stream(Pair(late.faulted, late.mirror), TWO_HOURS, 0.2, 1, page)
+        assert lines(page.rows(CHT1))[1].max() == SPIKE
 
 
 def test_what_a_page_missed_is_sent_again(two_hours: Pair) -> None:
-    view, seconds, browser = view_of(TWO_HOURS), Seconds(), Browser()
-    for number, block in enumerate(blocks(two_hours[:60_000], 5.0)):
-        sent = [
-            item.value
-            for item in view.changes([_samples("r", block, seconds.push(block))])
-            if item.component_id == "flight"
-        ]
-        if number % 9 == 0:
-            view.taken = browser.take(sent[-1])
-    browser.take(sent[-1])
+    view, seconds = view_of(TWO_HOURS), Seconds()
+    with PageFlight() as page:
+        for number, block in enumerate(blocks(two_hours[:60_000], 5.0)):
+            sent = [
+                item.value
+                for item in view.changes([_samples("r", block, seconds.push(block))])
+                if item.component_id == "flight"
+            ]
+            if number % 9 == 0:
+                view.taken = page.take(sent[-1])
+        page.take(sent[-1])
+        extremes = lines(page.extremes(CHT1))
     first = two_hours.faulted.channels[: 36 * SECOND, CHT1]
-    assert browser.extremes[1, CHT1, :6].max() == first.max()
-    assert np.all(np.diff(browser.extremes[0, CHT1]) >= 0.0)
-    assert browser.extremes[0, CHT1, -1] > 1190.0
+    assert extremes[1, :6].max() == first.max()
+    assert np.all(np.diff(extremes[0]) >= 0.0)
+    assert extremes[0, -1] > 1190.0
 
 
 def test_a_spike_is_there_in_the_whole_view(two_hours: Pair) -> None:

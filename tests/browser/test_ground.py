@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from page_modules import in_module
 from playwright.sync_api import Page, expect
 
 from core.diagnosis.predict import load_diagnoser
@@ -55,5 +56,5 @@ def test_charts_end_where_the_flight_did_and_the_page_says_why(
                                  timeout=TIMEOUT_MS)  # fmt: skip
     expect(page.locator("#stage")).to_have_text("3:14 of 30:00")
     page.wait_for_function(f"({ENDS})().every((end_s) => end_s === 194)")
-    assert round(page.evaluate("dash_clientside.flight.duration_s")) == 194
+    assert round(page.evaluate(in_module("fly/flight.js", "module.flight.duration_s"))) == 194
     assert not console_errors

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
+from page_modules import in_module
 from playwright.sync_api import BrowserContext, FloatRect, Locator, Page, expect
 
 from app.figures.axes import time_axis
@@ -111,7 +112,8 @@ def test_axes_cursor_and_zoom_count_from_the_start_of_the_flight(
 
     # Zooming by hand on a Plotly chart: all follow, and none shows another part of the flight.
     page.evaluate("window.zooms = []")
-    page.evaluate("document.addEventListener('zoomchanged', (event) => zooms.push(event.detail))")
+    follow = "module.zoomChanged.listen((zoom) => zooms.push(zoom))"
+    page.evaluate(in_module("fly/changes.js", follow))
     page.mouse.move(area["x"] + area["width"] / 5, middle)
     page.mouse.down()
     page.mouse.move(area["x"] + area["width"] * 2 / 5, middle, steps=5)
