@@ -12,10 +12,9 @@ from pathlib import PurePosixPath
 from fastapi import FastAPI
 from starlette.staticfiles import StaticFiles
 
-from app.figures.comparison import MAX_RUNS
-from app.pages.fly.present import PRESENT_PREFIX
+from app.figures.comparison import MAX_COMPARED
+from app.kit.addresses import PRESENT_PREFIX, RUN_PREFIX
 from app.pages.runs.files import IMPORT_PATH
-from app.shell import RUN_PREFIX
 from core.paths import WEB
 
 FOLDER = "modules"
@@ -24,7 +23,7 @@ FOLDER = "modules"
 _MODULES = WEB / FOLDER
 
 _CONSTANTS = {
-    "mostCompared": MAX_RUNS,
+    "mostCompared": MAX_COMPARED,
     "runPrefix": RUN_PREFIX,
     "presentPrefix": PRESENT_PREFIX,
     "importPath": IMPORT_PATH,

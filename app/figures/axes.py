@@ -16,7 +16,7 @@ Array = NDArray[np.floating[Any]]
 Array32 = NDArray[np.float32]
 Figure = dict[str, Any]
 
-GRAPH_CONFIG: dict[str, Any] = {"displayModeBar": False, "doubleClick": "reset+autosize"}
+GRAPH_CONFIG: Any = {"displayModeBar": False, "doubleClick": "reset+autosize"}
 """How every `dcc.Graph` behaves."""
 
 HOUR_S = 3600.0

@@ -75,7 +75,7 @@ class Statement:
 
 def say(kind: StatementKind, text: str, *, strong: str = "", **facts: Any) -> Statement:
     """One sentence; ``strong`` are words in bold that come before ``text``."""
-    runs = (Run(strong, "strong"),) if strong else ()
+    runs: tuple[Run, ...] = (Run(strong, "strong"),) if strong else ()
     if text:
         runs += (Run(f" {text}" if strong else text),)
     return Statement(kind, runs, **facts)

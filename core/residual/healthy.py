@@ -250,7 +250,8 @@ def change_sd(process: Array, mean_steps: int, n: int) -> Array:
         spread[:, column] = 2.0 * (averaged[zero] - averaged[zero + 1 : zero + 1 + n])
     for columns in _BY_CYLINDER:  # a reading is the sum of what is common and its contrasts
         spread[:, columns] = spread[:, columns].sum(axis=1, keepdims=True)
-    return np.sqrt(np.maximum(spread, 0.0))
+    sd: Array = np.sqrt(np.maximum(spread, 0.0))
+    return sd
 
 
 def readable(healthy: HealthyResidual) -> str:

@@ -62,16 +62,16 @@ def presets() -> dict[str, Preset]:
     from core.experiments.paper.fig7 import KEY_CHANNELS
     from core.experiments.paper.representative import (
         FIGURES_PLAN,
+        FIGURES_SEVERITY,
         NOMINAL,
         REPRESENTATIVE,
-        SEVERITY,
         fault_of,
     )
 
     faults = tuple(map(fault_of, (NOMINAL, *REPRESENTATIVE)))
     same = (
-        f"{len(REPRESENTATIVE)} faults of severity {SEVERITY:g} and the nominal flight, all on one "
-        "plan and seed."
+        f"{len(REPRESENTATIVE)} faults of severity {FIGURES_SEVERITY:g} and the nominal flight, all "
+        "on one plan and seed."
     )
     return {
         "fig6": Preset(
