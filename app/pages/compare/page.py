@@ -70,8 +70,8 @@ def presets() -> dict[str, Preset]:
 
     faults = tuple(map(fault_of, (NOMINAL, *REPRESENTATIVE)))
     same = (
-        f"{len(REPRESENTATIVE)} faults of severity {FIGURES_SEVERITY:g} and the nominal flight, all "
-        "on one plan and seed."
+        f"{len(REPRESENTATIVE)} faults of severity {FIGURES_SEVERITY:g} and the nominal flight, "
+        "all on one plan and seed."
     )
     return {
         "fig6": Preset(
