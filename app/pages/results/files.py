@@ -1,5 +1,8 @@
 """The pictures and interactive pages of the experiments, as they lie in ``models/results``."""
 
+from importlib.resources import files
+from pathlib import Path
+
 from fastapi import FastAPI, HTTPException, Request
 from fastapi.responses import FileResponse
 
@@ -9,7 +12,9 @@ from core.experiments.stored import SHELF
 PREFIX = "/results/files/"
 
 _NAMES = {name for item in EXPERIMENTS.values() for name in item.files}
-_FILES = {f"{name}.{kind}" for name in _NAMES for kind in ("png", "html")} | {"plotly.min.js"}
+_FILES = {f"{name}.{kind}": SHELF / f"{name}.{kind}" for name in _NAMES for kind in ("png", "html")}
+# The script that the interactive pages look for beside them comes with Plotly itself.
+_FILES["plotly.min.js"] = Path(str(files("plotly") / "package_data" / "plotly.min.js"))
 
 
 def mount(server: FastAPI) -> None:
@@ -17,8 +22,8 @@ def mount(server: FastAPI) -> None:
 
     @server.api_route(PREFIX + "{name}", methods=["GET", "HEAD"], include_in_schema=False)
     def result_file(name: str, request: Request) -> FileResponse:
-        path = SHELF / name
-        if name not in _FILES or not path.is_file():
+        path = _FILES.get(name)
+        if path is None or not path.is_file():
             raise HTTPException(404)
         headers = {"Cache-Control": "no-cache"}
         if name.endswith(".html"):

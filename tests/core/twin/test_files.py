@@ -11,10 +11,10 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
+from core import files
 from core.channels import CHANNELS
 from core.errors import StoreError
 from core.files import check_seal, has_its_sum, read_json, sealed, whole_file, write_json, write_sum
-from core.twin import flight_file as files
 from core.twin.flight_file import (
     read_channels,
     read_columns,
