@@ -208,7 +208,7 @@ def _time_s(table: Table, notes: _Notes) -> Array:
 
 
 def _not_a_172(aircraft: str | None, table: Table, channels: Array) -> str | None:
-    """What shows that the aircraft is no Cessna 172, None where nothing does."""
+    """What shows that the aircraft is not a Cessna 172, None where nothing does."""
     if aircraft is not None and not _CESSNA_172.search(aircraft):
         return f"the aircraft is {aircraft!r}, not a Cessna 172"
     ours = set(map(plain, CHANNEL_NAMES))

@@ -35,7 +35,7 @@ def read_log(path: Path) -> Log:
     """Read one log; raises `InputError` naming the file, and the column where one is to blame."""
     try:
         if path.exists() and not path.is_file():
-            raise InputError("logs", f"{path.name}: is no file")
+            raise InputError("logs", f"{path.name}: is not a file")
         if path.stat().st_size > MOST_BYTES:
             raise InputError("logs", f"{path.name}: is larger than {MOST_BYTES >> 20} MB")
         data = path.read_bytes()
