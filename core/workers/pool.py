@@ -1,9 +1,9 @@
 """Worker processes of our own, on this machine, which nobody but this process can reach.
 
 Those who can talk to Dask run code in it, and any user of a machine can connect to its loopback
-ports. So scheduler, nannies and workers speak TLS, with a key made for this one pool that stands in no
-file, command line or environment; Dask's status pages are shut; and the folder that Dask looks for
-modules in is one that nobody else can write to.
+ports. So scheduler, nannies and workers speak TLS, with a key made for this one pool that stands in
+no file, command line or environment; Dask's status pages are shut; and the folder that Dask looks
+for modules in is one that nobody else can write to.
 """
 
 import logging
