@@ -59,7 +59,7 @@ class Diagnosis:
     """Class probabilities of one run.
 
     ``time_s``: (k,) end of each 30 s window; ``probabilities_over_time``: (k, 20);
-    ``probabilities``: (20,) the verdict over the effective window; ``classes``: the 20 ids.
+    ``probabilities``: (20,) the verdict over the effective window; ``classes``: their ids.
     ``onset_s`` is the estimated onset, None where nothing left the noise. ``none_of_these`` says
     that the flight resembles nothing that the model has learnt, so that its verdict counts little;
     it goes by ``energy``, the mean over the windows that the verdict is made of.

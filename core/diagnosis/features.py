@@ -84,7 +84,7 @@ SURROGATE_COMPRESSION = 0.1
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FeatureMode:
-    """One way to form the 23 residuals, titled as in Table 1 of the paper.
+    """One way to form residuals, titled as in Table 1 of the paper.
 
     ``residual`` maps any stretch of a flight, (n, 23) channels of it and of its mirror, to (n, 23);
     None where it needs the flight's past, as the surrogate does. ``inputs`` is what the paper

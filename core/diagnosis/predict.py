@@ -1,4 +1,4 @@
-"""Diagnosis of a flight: window by window as it goes on, and the verdict at the end."""
+"""Diagnosis of a flight: window by window while it is flown, and the verdict at the end."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -10,7 +10,6 @@ two things is refused, and what was converted, left out or doubted is kept besid
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -19,12 +18,12 @@ from core.arrays import Array
 from core.channels import CHANNEL_INDEX, CHANNEL_NAMES, CHANNELS, Channel
 from core.errors import InputError
 from core.exchange.g1000_writer import SIMULATED_MODE, UNIT_PART
+from core.exchange.log import Conversion, Log, Reading
 from core.exchange.log_clock import clock_s, place, read_days, read_offsets, read_times
 from core.exchange.log_table import (
     DATE,
     TIME,
     UTC_OFFSET,
-    Dropped,
     Table,
     is_blank,
     is_number,
@@ -32,16 +31,9 @@ from core.exchange.log_table import (
     split_table,
 )
 from core.exchange.log_units import Scale, scale_of, understood
-from core.paths import ROOT
-
-LOGS = ROOT.parent / "shared" / "logs"
-"""The default folder of logs."""
 
 REQUIRED: tuple[str, ...] = ("IAS", "VSpd", "E1 RPM")
 """Without these nobody can tell cruise from anything else; any other channel may be missing."""
-
-MOST_BYTES = 200 << 20
-"""Some fifty times the log of a long day; whatever else lies in the folder is not taken in."""
 
 _CESSNA_172 = re.compile(r"(?<![\w])(cessna\s*|c-?)?172(?!rg)[a-z]{0,2}(?!\w)", re.IGNORECASE)
 _OTHER_ENGINE = re.compile(r"e2 .+|e1 (map|[ce][hg]t[5-9]|torq|ng|np|itt|tit\d?|coolt|geart)")
@@ -49,112 +41,9 @@ _G_LEVEL_WITHIN = 0.3
 _THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(,\d{3})+")
 
 
-@dataclass(frozen=True, slots=True)
-class Conversion:
-    """A column that was converted."""
-
-    column: str
-    from_unit: str
-    to_unit: str
-
-
-@dataclass(frozen=True, slots=True)
-class Reading:
-    """What was read of a log, beside its data.
-
-    ``aircraft`` and ``device`` as its head names them. ``simulated``: a flight that our export or
-    another simulator wrote. ``not_a_172``: what shows that the aircraft is none, where something
-    does. ``doubts`` are sentences without their subject, the file.
-    """
-
-    rows: int = 0
-    aircraft: str | None = None
-    device: str | None = None
-    simulated: bool = False
-    not_a_172: str | None = None
-    converted: tuple[Conversion, ...] = ()
-    dropped: tuple[Dropped, ...] = ()
-    doubts: tuple[str, ...] = ()
-
-    def sentences(self) -> list[str]:
-        """All of it for a person, a line each."""
-        what = self.aircraft or (f"an aircraft with a {self.device}" if self.device else "unnamed")
-        lines = [f"{self.rows} rows, aircraft: {what}"]
-        lines += [f"{each.column} converted from {each.from_unit}" for each in self.converted]
-        lines += [
-            f"{each.rows} row{'s' * (each.rows > 1)} dropped ({each.reason})"
-            for each in self.dropped
-        ]
-        return lines + list(self.doubts)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Log:
-    """A flight as a log keeps it, about once a second; ours are kept in the same way.
-
-    ``time_s``: (n,) seconds from its first row, rising. ``channels``: (n, 23) in
-    `core.channels.CHANNELS` order and units, NaN where the log says nothing.
-    """
-
-    name: str
-    time_s: Array
-    channels: Array
-    reading: Reading = field(default_factory=Reading)
-
-    def __len__(self) -> int:
-        """Number of rows, about one a second."""
-        return len(self.time_s)
-
-    def channel(self, name: str) -> Array:
-        """One channel by its Garmin name, (n,)."""
-        column: Array = self.channels[:, CHANNEL_INDEX[name]]
-        return column
-
-    @property
-    def missing(self) -> tuple[str, ...]:
-        """Channels that this log has no value of."""
-        return tuple(name for name in CHANNEL_NAMES if np.isnan(self.channel(name)).all())
-
-
-def read_log(path: Path) -> Log:
-    """Read one log; raises `InputError` naming the file, and the column where one is to blame."""
-    try:
-        if path.exists() and not path.is_file():
-            raise InputError("logs", f"{path.name}: is no file")
-        if path.stat().st_size > MOST_BYTES:
-            raise InputError("logs", f"{path.name}: is larger than {MOST_BYTES >> 20} MB")
-        data = path.read_bytes()
-    except OSError as error:
-        raise InputError("logs", f"cannot read {path}: {error.strerror}") from None
-    try:
-        return _log(path.name, split_table(data))
-    except InputError as error:
-        raise InputError("logs", f"{path.name}: {error.problem}") from None
-
-
-def read_logs(folder: Path) -> tuple[list[Log], dict[str, str]]:
-    """Every log in the folder by name, and why each of its other files is none.
-
-    What a file is called does not matter. Raises `InputError` where there is no such folder or
-    nothing in it can be used.
-    """
-    if not folder.is_dir():
-        what = f"{folder} is a file, not a folder" if folder.exists() else f"no folder {folder}"
-        raise InputError("logs", f"{what}; give the folder of G1000 CSV files with --logs")
-    logs: list[Log] = []
-    refused: dict[str, str] = {}
-    for path in sorted(folder.iterdir()):
-        if path.is_dir():
-            refused[path.name] = f"{path.name}: is a folder; what lies in it is not read"
-            continue
-        try:
-            logs.append(read_log(path))
-        except InputError as error:
-            refused[path.name] = error.problem
-    if not logs:
-        why = "; ".join(refused.values()) or "it holds no files"
-        raise InputError("logs", f"nothing to read in {folder}: {why}")
-    return logs, refused
+def read_g1000(name: str, data: bytes) -> Log:
+    """The log in the bytes of a file; raises `InputError`."""
+    return _log(name, split_table(data))
 
 
 def _log(name: str, table: Table) -> Log:
@@ -319,13 +208,16 @@ def _time_s(table: Table, notes: _Notes) -> Array:
 
 
 def _not_a_172(aircraft: str | None, table: Table, channels: Array) -> str | None:
-    """What shows that the aircraft is no Cessna 172, None where nothing does."""
+    """What shows that the aircraft is not a Cessna 172, None where nothing does."""
     if aircraft is not None and not _CESSNA_172.search(aircraft):
         return f"the aircraft is {aircraft!r}, not a Cessna 172"
+    ours = set(map(plain, CHANNEL_NAMES))
     strange = [
         written
         for name, written in zip(table.names, table.written, strict=True)
-        if _OTHER_ENGINE.fullmatch(name) and not all(map(is_blank, table.column(name)))
+        if name not in ours
+        and _OTHER_ENGINE.fullmatch(name)
+        and not all(map(is_blank, table.column(name)))
     ]
     if strange:
         return f"it logs {_listed(strange)}, which a Cessna 172S does not have"

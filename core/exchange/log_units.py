@@ -7,6 +7,7 @@ vertical speed. One that is not in the table is refused by the reader, never tak
 import re
 from dataclasses import dataclass
 
+from core.channels import CHANNELS
 from core.units import FOOT_M, GALLON_L, PSI_BAR
 
 _KNOT_KMH = 1.852
@@ -85,12 +86,6 @@ _TABLE: dict[str, tuple[tuple[Scale, str], ...]] = {
 }  # fmt: skip
 """By our unit: the scale of each that is understood, ours first, and the ways to write it."""
 
-_BY_NAME: dict[str, dict[str, Scale]] = {
-    unit: {name: scale for scale, names in scales for name in names.split()}
-    for unit, scales in _TABLE.items()
-}
-_KNOWN = frozenset(name for names in _BY_NAME.values() for name in names)
-
 
 def _plain(stated: str) -> str:
     """A unit without what differs in writing: case, blanks, points, the sign of a degree.
@@ -100,6 +95,21 @@ def _plain(stated: str) -> str:
     """
     kept = re.sub(r"[^a-z0-9/]", "", stated.lower().replace("²", "2"))
     return re.sub(r"^deg(rees|ree|s)?(?=.)", "", kept)
+
+
+_OTHERS: dict[str, tuple[tuple[Scale, str], ...]] = {
+    channel.unit: ((Scale(channel.unit), f"{_plain(channel.unit)} {_plain(channel.g1000.unit)}"),)
+    for channel in CHANNELS
+    if channel.unit not in _TABLE
+}
+_SCALES = _TABLE | _OTHERS
+"""The table, and of a unit of ours that it lacks the one scale that needs no conversion."""
+
+_BY_NAME: dict[str, dict[str, Scale]] = {
+    unit: {name: scale for scale, names in scales for name in names.split()}
+    for unit, scales in _SCALES.items()
+}
+_KNOWN = frozenset(name for names in _BY_NAME.values() for name in names)
 
 
 def scale_of(stated: str, unit: str) -> Scale | None:
@@ -122,5 +132,5 @@ def understood(unit: str) -> str:
     >>> understood("rpm"), understood("degC")
     ('rpm', 'degC, degF or K')
     """
-    *first, last = (scale.unit for scale, _ in _TABLE[unit])
+    *first, last = (scale.unit for scale, _ in _SCALES[unit])
     return f"{', '.join(first)} or {last}" if first else last

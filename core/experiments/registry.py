@@ -70,10 +70,10 @@ EXPERIMENTS: dict[str, Experiment] = {
             options=_BOTH, kind="scores", headline=headlines.best_score,
         ),
         Experiment(
-            "table2", "Table 2: features and classifiers", "Four feature modes times six "
-            "classifiers. The paper's claim: what you show the classifier matters more than which "
+            "table2", "Table 2: features and classifiers", "Every feature mode with every "
+            "classifier. The paper's claim: what you show the classifier matters more than which "
             "one it is.", ("table2-lab", "table2-field"), _TRAINED, "paper.table2",
-            "four feature modes times six classifiers",
+            "every feature mode with every classifier",
             options=_BOTH, kind="scores", headline=headlines.best_score,
         ),
         Experiment(
@@ -156,7 +156,7 @@ EXPERIMENTS: dict[str, Experiment] = {
             headline=headlines.field,
         ),
         Experiment(
-            "delay", "Delay", "How soon after its onset a fault is named, and for good.",
+            "delay", "Delay", "How soon after its onset a fault is named, and stays named.",
             ("delay",), "Minutes.", "models.delay",
             "how soon is a fault named, and how well at which severity?",
             headline=headlines.delay,

@@ -1,6 +1,6 @@
 """Results that lie in ``models/results``, read without flying or training anything.
 
-A result may be missing, half done or damaged: whoever shows one has to be able to say so.
+A result may be missing, half done or damaged; each of these is said where it is shown.
 """
 
 from collections.abc import Mapping

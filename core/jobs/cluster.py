@@ -69,7 +69,7 @@ class Cluster:
     def without_workers_s(self) -> float:
         """How long there has been no worker, as far as has been looked; 0 while there is one.
 
-        To be asked every second or so by whoever waits. May take `CONNECT_TIMEOUT_S` where the
+        To be asked every second or so while something waits. May take `CONNECT_TIMEOUT_S` where the
         scheduler is elsewhere.
         """
         count = self._count_workers()

@@ -125,7 +125,7 @@ class Engine:
     def steer(
         self, run_id: str, *, pace: float | None = None, is_paused: bool | None = None
     ) -> None:
-        """Have a live flight go on at another pace, pause or go on; a Paced event follows.
+        """Set the pace of a live flight, pause it or resume it; a Paced event follows.
 
         Raises `InputError` if the run is not in the air, or there is no such pace.
         """

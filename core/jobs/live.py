@@ -1,4 +1,4 @@
-"""Live flights: flown at a pace and acted upon as they go.
+"""Live flights: flown at a pace, with actions on the way.
 
 The server keeps all that was ordered (`Control`) and sends the whole of it to the worker whenever
 it changes, past Dask's scheduler to an `Inbox` in the worker's process. An action is in the store
@@ -27,7 +27,7 @@ PACES: tuple[float, ...] = (1.0, 10.0, 60.0, math.inf)
 """Simulated seconds per wall-clock second; infinite is as fast as possible."""
 
 PERIOD_S = 0.2
-"""How often a paced flight goes on, if that is at least a streamed sample further."""
+"""Time between two steps of a paced flight, if a step is at least one streamed sample."""
 
 STAY_S = 0.5
 """How often a waiting flight looks whether it is still wanted."""

@@ -127,5 +127,5 @@ async def _deliver(client: Client, address: str, start: str, orders: Orders) -> 
     """Hand orders to the worker at ``address``; on Dask's event loop."""
     try:
         await client.run(deliver, start, orders, workers=[address])
-    except Exception as error:  # it died, or we did; whoever takes over asks for orders
+    except Exception as error:  # it died, or we did; the next worker asks for orders
         logger.debug("orders for %s did not arrive: %s", address, error)

@@ -2,7 +2,7 @@
 
 Paper section 5.2 asks for exactly this structure behind the report. The text is data, in
 ``assets/fmea/knowledge.toml``; ids, names and ratings come from the catalogue, which alone holds
-them. Everything is checked on load, so that whoever reads a `ModeKnowledge` may rely on it.
+them. Everything is checked on load, so that a `ModeKnowledge` can be relied on.
 
 A channel of the knowledge base is either logged (``"E1 OilT"``) or a group of probes as
 seen from the affected cylinder (``"CHT target"``, ``"EGT others"``); `resolve` turns either into

@@ -147,12 +147,12 @@ def restore(store: RunStore, run_ids: Iterable[str]) -> list[str]:
 
 
 def empty(store: RunStore, older_than: timedelta = KEPT_FOR) -> list[str]:
-    """Delete for good what was thrown away that long ago; returns it. Raises `StoreError`."""
+    """Delete what was thrown away that long ago; returns it. Raises `StoreError`."""
     return store.purge((datetime.now(UTC) - older_than).isoformat())
 
 
 def delete(store: RunStore, run_ids: Sequence[str]) -> None:
-    """Delete runs for good, files, row and label; raises `StoreError`."""
+    """Delete runs, files, row and label, beyond undoing; raises `StoreError`."""
     if named := [run_id for run_id in run_ids if valid_run_id(run_id)]:
         store.delete(named)
 

@@ -26,7 +26,7 @@ _CODE = re.compile(r"[A-Za-z0-9-]{1,20}")
 
 @dataclass(frozen=True, slots=True)
 class Level:
-    """How plain a fault is: its name for people and the severities it is drawn from."""
+    """A difficulty: its name for people and the severities that faults are drawn from."""
 
     id: str
     name: str
@@ -59,7 +59,7 @@ def mode_sets() -> dict[str, tuple[str, ...]]:
 
 @dataclass(frozen=True, slots=True)
 class Challenge:
-    """What a teacher asks for. ``code``: whoever gives the same one gets the same flight."""
+    """A teacher's choice of what is flown. ``code``: the same one gives the same flight."""
 
     severity_low: float = LEVELS[1].severity_low
     severity_high: float = LEVELS[1].severity_high

@@ -1,7 +1,7 @@
 """What is done while a flight is flown: the engine broken or repaired, new targets for the pilot.
 
-A flight is a pure function of its plan, its fault and its actions: whoever flies it, in one go or
-live and in pieces, gets the same bytes. Actions take effect at a tick (0.1 s). The mirror's pilot
+A flight is a pure function of its plan, its fault and its actions: flown in one go, or
+live and in pieces, it is the same bytes. Actions take effect at a tick (0.1 s). The mirror's pilot
 does what the faulted aircraft's does; a fault is never the mirror's.
 """
 

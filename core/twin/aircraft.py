@@ -1,4 +1,4 @@
-"""The aircraft: what whoever flies one is owed, with no simulator in sight.
+"""The contract of an aircraft: what the twin owes those who fly one, without a simulator.
 
 `core.twin.jsbsim_aircraft` flies a Cessna 172P in JSBSim. Tests that are not about flight use one
 that flies straight on (``tests/support/fake_aircraft.py``).

@@ -42,7 +42,7 @@ _UNITS = {channel.name: channel.unit for channel in CHANNELS}
 
 
 def write_trajectory(path: Path, trajectory: Trajectory) -> None:
-    """Write one flight: columns ``time_s``, the states, the 23 channels; raises `StoreError`."""
+    """Write one flight: columns ``time_s``, the states, the channels; raises `StoreError`."""
     _write_columns(path, trajectory.time_s, {"": trajectory})
 
 

@@ -1,9 +1,9 @@
 """Worker processes of our own, on this machine, which nobody but this process can reach.
 
-Whoever talks to Dask runs code in it, and any user of a machine can connect to its loopback ports.
-So scheduler, nannies and workers speak TLS, with a key made for this one pool that stands in no
-file, command line or environment; Dask's status pages are shut; and the folder that Dask looks for
-modules in is one that nobody else can write to.
+Those who can talk to Dask run code in it, and any user of a machine can connect to its loopback
+ports. So scheduler, nannies and workers speak TLS, with a key made for this one pool that stands in
+no file, command line or environment; Dask's status pages are shut; and the folder that Dask looks
+for modules in is one that nobody else can write to.
 """
 
 import logging
@@ -28,7 +28,7 @@ from core.errors import WorkerError
 logger = logging.getLogger(__name__)
 
 REFILL_S = 1.0
-"""How often the pool looks whether a worker has gone for good."""
+"""How often the pool looks whether a worker is missing."""
 
 START_S = 60.0
 """How long to wait for workers; a slow machine takes half of it to start one."""

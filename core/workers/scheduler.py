@@ -18,8 +18,8 @@ class RemoteScheduler:
 
     ``tls_ca``, ``tls_cert`` and ``tls_key`` are PEM files, as those of ``dask scheduler``; what is
     None comes from Dask's own configuration, and the key may stand in the file of the certificate.
-    Whoever can reach a scheduler without TLS runs code in it, in its workers and in us. So one that
-    is not on this machine is refused, unless ``is_insecure`` insists on it.
+    Those who reach a scheduler without TLS can run code in it, in its workers and in us. So one
+    that is not on this machine is refused, unless ``is_insecure`` insists on it.
     """
 
     address: str

@@ -14,7 +14,7 @@ from app.pages.runs import files as run_files
 from app.scenes import recordings
 from core.diagnosis.diagnosis import Diagnosis
 from core.diagnosis.predict import load_diagnoser
-from core.exchange.g1000_reader import read_log
+from core.exchange.log_files import read_log
 from core.fmea.fault import Fault
 from core.report.case.case import open_case
 from core.report.grounded import grounded_template

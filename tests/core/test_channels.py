@@ -31,7 +31,7 @@ def test_what_is_derived_from_the_table_names_its_channels() -> None:
     [
         (CHANNEL_NAMES[1:], f"{CHANNEL_NAMES[0]} is missing"),
         ((*CHANNEL_NAMES, CHANNEL_NAMES[-1]), "is there twice"),
-        ((*CHANNEL_NAMES, "E1 MAP"), "E1 MAP is not a channel"),
+        ((*CHANNEL_NAMES, "E2 MAP"), "E2 MAP is not a channel"),
     ],
 )
 def test_names_that_are_not_the_channels_are_refused(names: tuple[str, ...], problem: str) -> None:
@@ -40,7 +40,7 @@ def test_names_that_are_not_the_channels_are_refused(names: tuple[str, ...], pro
 
 
 NEW_ROW = """
-["E1 MAP"]
+["E2 MAP"]
 label = "Manifold pressure"
 unit = "inHg"
 subsystem = "engine"
@@ -71,7 +71,7 @@ def test_a_channel_without_an_equation_stops_the_import(tmp_path: Path) -> None:
         cwd=tmp_path, env={"PYTHONPATH": str(tmp_path)}, capture_output=True, text=True,
     )  # fmt: skip
     assert run.returncode != 0
-    assert "the equations of core/twin/sensors.py: E1 MAP is missing" in run.stderr
+    assert "the equations of core/twin/sensors.py: E2 MAP is missing" in run.stderr
 
 
 @pytest.mark.parametrize(

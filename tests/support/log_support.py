@@ -50,6 +50,8 @@ FROM_OURS: Mapping[str, Mapping[str, Callable[[float], float]]] = {
     "rpm": {"rpm": lambda value: value, "1/min": lambda value: value},
 }
 """By our unit: other ways to state it, the device's first, and a reading of ours in each."""
+for _channel in CHANNELS:
+    FROM_OURS.setdefault(_channel.unit, {_channel.g1000.unit: lambda value: value})
 
 UNIT = {channel.name: channel.unit for channel in CHANNELS}
 DEVICE = {name: next(iter(FROM_OURS[UNIT[name]])) for name in CHANNEL_NAMES}

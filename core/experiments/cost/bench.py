@@ -51,7 +51,7 @@ LONG_ROUNDS = 3
 class Round:
     """One measurement of a 300 s flight: CPU seconds of work.
 
-    ``trajectory_s``: one flight complete with autopilot, fault and 23 channels. ``pair_s``: that
+    ``trajectory_s``: one flight complete with autopilot, fault and channels. ``pair_s``: that
     flight and its mirror.
     """
 

@@ -94,7 +94,7 @@ def draw(speed: Speed) -> go.Figure:
 def _labels(workload: Workload) -> dict[str, str]:
     hours = f"{workload.long_s / 3600:g} h"
     return {
-        "trajectory_ratio": "One flight with 23 channels, in bare JSBSim loops",
+        "trajectory_ratio": "One flight with all channels, in bare JSBSim loops",
         "pair_ratio": "Faulted flight and mirror, in bare JSBSim loops",
         "long_flight_cost_ratio": f"A second of a {hours} flight, in seconds of a 300 s flight",
         "two_worker_speedup": f"{workload.flights} flights on two workers, speedup over one",

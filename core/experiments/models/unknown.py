@@ -1,6 +1,6 @@
 """Whether the diagnosis says "none of these" to what it has never learnt.
 
-Known are fresh flights of the 20 classes. Unknown are a sensor that sticks at the onset, two faults
+Known are fresh flights of all classes. Unknown are a sensor that sticks at the onset, two faults
 at once, and single faults in flights far outside the envelope of the training. The sensor is stuck
 in the log of the faulted aircraft alone, after the flight: no fault of the twin can do that. Two
 faults are added up as residuals on one mirror, of subsystems that hardly meet.

@@ -1,4 +1,4 @@
-"""Paper Fig. 6: paths in 3D and altitude from the side, five faults and nominal; all 19 in JSON."""
+"""Paper Fig. 6: paths in 3D and altitude from the side, five faults and nominal; all in JSON."""
 
 from collections.abc import Mapping
 from typing import Any

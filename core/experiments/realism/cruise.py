@@ -16,7 +16,7 @@ from scipy.stats import median_abs_deviation
 from core.arrays import Array
 from core.channels import CHANNEL_NAMES, N_CHANNELS, cht_name, egt_name
 from core.cylinders import CYLINDERS
-from core.exchange.g1000_reader import Log
+from core.exchange.log import Log
 
 Rows = NDArray[np.bool_]
 

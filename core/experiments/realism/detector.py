@@ -14,7 +14,7 @@ from sklearn.metrics import roc_auc_score
 
 from core.arrays import Array
 from core.channels import CHANNEL_INDEX, CHANNEL_NAMES
-from core.exchange.g1000_reader import Log
+from core.exchange.log import Log
 from core.experiments.realism.cruise import steady_stretches
 
 Labels = NDArray[np.int64]

@@ -16,7 +16,8 @@ from core.channels import CHANNELS
 from core.clock import DT_S
 from core.dataset.field_plans import field_plan, load_distribution
 from core.errors import InputError
-from core.exchange.g1000_reader import LOGS, Log, read_logs
+from core.exchange.log import Log
+from core.exchange.log_files import LOGS, read_logs
 from core.experiments.realism.cruise import (
     CORRELATIONS,
     Cruise,

@@ -7,7 +7,7 @@ import pytest
 
 from app.cli import main
 from core.diagnosis.predict import load_diagnoser
-from core.exchange.g1000_reader import read_logs
+from core.exchange.log_files import read_logs
 from core.fmea.fault import Fault
 from core.report.case.case import open_case
 from core.report.grounded import grounded_template

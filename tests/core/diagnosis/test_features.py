@@ -11,6 +11,7 @@ from core.diagnosis.features import (
     FEATURE_MODES,
     MIN_RESIDUAL_SD,
     MIRROR_SHAPE_GAIN,
+    N_FEATURES,
     POOL_STEPS,
     Normalisation,
     baseline,
@@ -44,7 +45,7 @@ def test_no_residual_stays_exactly_zero_and_sign_is_kept(flights):
     fitted = Normalisation.fitted(iter(flights), FEATURE_MODES["paired"])
     residual, sensors = flights[1]
     features = fitted.features(residual, sensors)
-    assert features.shape == (46, len(residual) // POOL_STEPS)
+    assert features.shape == (N_FEATURES, len(residual) // POOL_STEPS)
     assert features.dtype == np.float32
     egt1 = CHANNEL_INDEX["E1 EGT1"]
     assert not features[:N_CHANNELS][np.arange(N_CHANNELS) != egt1].any()

@@ -10,8 +10,8 @@ from jobs_support import CRACK, SHORT_PLAN
 
 from core.channels import CHANNEL_NAMES
 from core.errors import InputError
-from core.exchange.g1000_reader import LOGS, read_log
 from core.exchange.g1000_writer import COLUMN_NAMES, HOME_DEG, SIDES, g1000_csv
+from core.exchange.log_files import LOGS, read_log
 from core.store.records import RunRecord
 from core.twin.trajectory import STATE_NAMES, Pair, Trajectory
 

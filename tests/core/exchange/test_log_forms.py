@@ -12,7 +12,8 @@ from log_support import DEVICE, FROM_OURS, UNIT, LogText, truth
 
 from core.channels import CHANNEL_NAMES
 from core.errors import InputError
-from core.exchange.g1000_reader import Log, read_log
+from core.exchange.log import Log
+from core.exchange.log_files import read_log
 
 ROWS = 12
 SEPARATORS = ((",", "."), (", ", "."), (";", "."), (";", ","), ("\t", "."), ("\t", ","))

@@ -11,7 +11,8 @@ from log_support import AIRFRAME, LogText
 from core.channels import CHANNELS, N_CHANNELS, channel
 from core.dataset.field_plans import field_plan, load_distribution
 from core.errors import InputError
-from core.exchange.g1000_reader import LOGS, Log
+from core.exchange.log import Log
+from core.exchange.log_files import LOGS
 from core.experiments.realism import detector
 from core.experiments.realism.cruise import describe
 from core.experiments.realism.detector import STATISTICS, statistics, tell_apart, tell_own_apart
@@ -127,7 +128,7 @@ def test_plans_lie_in_the_envelope_and_follow_from_the_seed():
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("[start]", "[start", "cannot read"),
+        ("[start]", "[start", "not TOML"),
         ("speed_kt = [98, 112]", "", "KeyError 'speed_kt'"),
         ("wind_kt = [0, 25]", "wind_kt = 'some'", "realism.toml: "),
     ],

@@ -222,9 +222,9 @@ def test_a_hostile_name_stays_text() -> None:
     ("broken", "field"),
     [
         ({"classes": ("nominal", "propeller_loss"), "probabilities": np.zeros(2)}, "classes"),
-        ({"probabilities": np.full(20, np.nan)}, "probabilities"),
-        ({"probabilities": np.full(20, -0.1)}, "probabilities"),
-        ({"probabilities": np.zeros(19)}, "probabilities"),
+        ({"probabilities": np.full(len(class_ids()), np.nan)}, "probabilities"),
+        ({"probabilities": np.full(len(class_ids()), -0.1)}, "probabilities"),
+        ({"probabilities": np.zeros(len(class_ids()) - 1)}, "probabilities"),
         ({"classes": (), "probabilities": np.zeros(0)}, "probabilities"),
         ({"evidence": (replace(evidence("IAS", 1.0), channel="E2 RPM"),)}, "evidence"),
         ({"evidence": (replace(evidence("IAS", 1.0), value=float("nan")),)}, "evidence"),

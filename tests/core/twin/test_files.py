@@ -234,7 +234,7 @@ def test_json_that_is_no_table_too_deep_or_too_large_is_damaged(
         path.write_text(text, encoding="utf-8", errors="surrogateescape")
         with pytest.raises(StoreError, match=r"run\.json is damaged"):
             read_json(path)
-    monkeypatch.setattr(files, "MAX_JSON", 10)
+    monkeypatch.setattr("core.files.MAX_JSON", 10)
     path.write_text('{"a": "0123456789"}')
     with pytest.raises(StoreError, match="more than any that MirrorTwin writes"):
         read_json(path)
