@@ -37,7 +37,7 @@ Blue and brown stay apart in every kind of colour blindness; to most of it viole
 STATUS_RED = "#e03131"
 
 VERTICAL_SCALE = 5.0
-"""Heights of flight paths are drawn so many times, in every run and in every 3D view."""
+"""Vertical scale of flight paths, the same in every run and every 3D view."""
 
 FONT_FAMILY = "Inter, 'Segoe UI', system-ui, -apple-system, 'Helvetica Neue', Arial, sans-serif"
 MONO_FAMILY = "ui-monospace, 'SF Mono', 'Cascadia Mono', 'DejaVu Sans Mono', Menlo, monospace"

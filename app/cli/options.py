@@ -139,5 +139,7 @@ def requested_scheduler(args: argparse.Namespace) -> "RemoteScheduler | None":
             args.scheduler, args.tls_ca, args.tls_cert, args.tls_key, args.insecure_scheduler
         )
     if args.tls_ca or args.tls_cert or args.tls_key or args.insecure_scheduler:
-        raise InputError("scheduler", "is needed with the --tls options and --insecure-scheduler")
+        raise InputError(
+            "scheduler", "the --tls options and --insecure-scheduler need --scheduler too"
+        )
     return None

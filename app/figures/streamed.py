@@ -32,7 +32,7 @@ class Streamed:
     def __init__(self, duration_s: float) -> None:
         """Start with no sample of a flight of that length."""
         self.stride = max(1, round(duration_s * STREAM_HZ / LIVE_POINTS))
-        """Of so many samples one is shown."""
+        """Every ``stride``-th sample is sent."""
         self._seconds_a_group = max(LEAST_GROUP_S, math.ceil(duration_s / GROUPS))
         self._n = self._n_seconds = 0
         seconds = math.ceil(duration_s) + 1

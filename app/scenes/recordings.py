@@ -35,7 +35,7 @@ _MEDIA_TYPE = "application/octet-stream"
 _HEADERS = {**ANY_ORIGIN, "Cache-Control": "no-cache"}
 _POLL_S = 0.15
 _FLUSH_AFTER_S = 1.0
-"""Samples wait so long for more of them, since a chunk costs the same whatever its size."""
+"""Longest wait of samples for more of them: a chunk costs the same whatever its size."""
 
 
 class Recording:

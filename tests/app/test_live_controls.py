@@ -76,7 +76,7 @@ def test_what_was_done_is_told_in_the_order_of_time() -> None:
     assert listed.index("2:30") < listed.index("0:30")
     assert action_list([]) is None
     many = to_json(action_list(action_lines(Fault(), [Repair(float(at)) for at in range(12)])))
-    assert "and 4 before" in many
+    assert "and 4 earlier" in many
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ import pytest
 from dash._utils import to_json
 
 from app.kit.wiring import Update
+from app.pages.fly import states
 from app.pages.fly import view as run_view
 from app.pages.fly.view import RunView
 from app.pages.report.panel import whole_report
@@ -134,7 +135,7 @@ def test_nothing_is_said_of_it_before_there_is_a_verdict() -> None:
     view = view_of()
     page = shown([*view.opening(fill_form=False), *view.changes([samples(0, 150), window(150)])])
     assert page["outcome", "children"] is None
-    assert shown(run_view.idle())["outcome", "children"] is None
+    assert shown(states.idle())["outcome", "children"] is None
 
 
 @pytest.mark.parametrize(

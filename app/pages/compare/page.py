@@ -289,8 +289,6 @@ def _comparison(done: Sequence[RunRecord], preset: Preset | None) -> list[html.S
 
 
 def _controls(view: str, done: Sequence[RunRecord]) -> list[Any]:
-    from core.experiments.paper.fig7 import KEY_CHANNELS  # as in `presets`
-
     return [
         dmc.SegmentedControl(
             id=VIEW_ID,
@@ -299,37 +297,7 @@ def _controls(view: str, done: Sequence[RunRecord]) -> list[Any]:
             size="xs",
             **attributes(aria_label="View"),
         ),
-        html.Div(
-            [
-                dmc.SegmentedControl(
-                    id=KIND_ID,
-                    data=[
-                        {"value": "reading", "label": "Readings"},
-                        {"value": "residual", "label": "Residuals"},
-                        {"value": "difference", "label": "Minus the first run"},
-                    ],
-                    value="reading" if len(done) > 1 else "residual",
-                    size="xs",
-                    **attributes(aria_label="Quantity"),
-                ),
-                dmc.MultiSelect(
-                    id=CHANNELS_ID,
-                    data=[
-                        {"value": item.name, "label": f"{item.label}, {unit_label(item.unit)}"}
-                        for item in CHANNELS
-                    ],
-                    value=list(KEY_CHANNELS),
-                    maxValues=MAX_CHANNELS,
-                    searchable=True,
-                    hidePickedOptions=True,
-                    size="xs",
-                    className="compare-channels",
-                    **attributes(aria_label=f"Channels, up to {MAX_CHANNELS}"),
-                ),
-            ],
-            id="compare-channel-controls",
-            className="compare-controls",
-        ),
+        _channel_controls(done),
         html.Div(
             dmc.SegmentedControl(
                 id=RISE_ID,
@@ -342,6 +310,42 @@ def _controls(view: str, done: Sequence[RunRecord]) -> list[Any]:
             className="compare-controls",
         ),
     ]
+
+
+def _channel_controls(done: Sequence[RunRecord]) -> html.Div:
+    from core.experiments.paper.fig7 import KEY_CHANNELS  # as in `presets`
+
+    return html.Div(
+        [
+            dmc.SegmentedControl(
+                id=KIND_ID,
+                data=[
+                    {"value": "reading", "label": "Readings"},
+                    {"value": "residual", "label": "Residuals"},
+                    {"value": "difference", "label": "Minus the first run"},
+                ],
+                value="reading" if len(done) > 1 else "residual",
+                size="xs",
+                **attributes(aria_label="Quantity"),
+            ),
+            dmc.MultiSelect(
+                id=CHANNELS_ID,
+                data=[
+                    {"value": item.name, "label": f"{item.label}, {unit_label(item.unit)}"}
+                    for item in CHANNELS
+                ],
+                value=list(KEY_CHANNELS),
+                maxValues=MAX_CHANNELS,
+                searchable=True,
+                hidePickedOptions=True,
+                size="xs",
+                className="compare-channels",
+                **attributes(aria_label=f"Channels, up to {MAX_CHANNELS}"),
+            ),
+        ],
+        id="compare-channel-controls",
+        className="compare-controls",
+    )
 
 
 def _rise_words(rise: float) -> str:

@@ -15,6 +15,11 @@ from core.jobs.live import PACES
 
 def register(app: Dash, engine: Engine) -> None:
     """Attach the callbacks of the live bar."""
+    _register_pace(app, engine)
+    _register_actions(app, engine)
+
+
+def _register_pace(app: Dash, engine: Engine) -> None:
     by_button = {live_controls.pace_id(pace): pace for pace in PACES}
 
     @app.callback(
@@ -37,6 +42,8 @@ def register(app: Dash, engine: Engine) -> None:
         except MirrorTwinError as error:
             show_error("The action failed", str(error))
 
+
+def _register_actions(app: Dash, engine: Engine) -> None:
     @app.callback(
         output={
             name: Output(live_controls.field_id(name), "error") for name in live_controls.FIELDS

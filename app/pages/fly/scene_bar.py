@@ -55,7 +55,11 @@ def scene_bar() -> html.Div:
 
 def register(app: Dash, sessions: Sessions) -> None:
     """Attach the callbacks of the controls to ``app``."""
+    _register_paint(app, sessions)
+    _register_camera(app, sessions)
 
+
+def _register_paint(app: Dash, sessions: Sessions) -> None:
     @app.callback(
         Output(CLOCK_ID, "disabled"),
         Output(LEGEND_ID, "children"),
@@ -80,6 +84,8 @@ def register(app: Dash, sessions: Sessions) -> None:
         """The key of the flight so far."""
         return _legend(sessions.get(session_id).scene().legend())
 
+
+def _register_camera(app: Dash, sessions: Sessions) -> None:
     @app.callback(
         Input(VIEW_ID, "value"),
         State("session", "data"),

@@ -10,7 +10,7 @@ from dash import html
 from app.kit.attributes import attributes
 from app.kit.terms import term
 from app.pages.fly.live_controls import pace_choice
-from core.channels import unit_label
+from core.channels import CYLINDERS, unit_label
 from core.errors import InputError
 from core.fmea.catalogue import catalogue
 from core.fmea.fault import Fault
@@ -200,24 +200,7 @@ def _fault_fields(values: Mapping[str, Any]) -> list[Any]:
             size="xs",
         ),
         html.P(fault_note(values["fault"]), id="fault-note", className="note"),
-        dmc.InputWrapper(
-            dmc.Slider(
-                id=field_id("severity"),
-                value=values["severity"],
-                min=0,
-                max=1,
-                step=0.05,
-                precision=2,
-                size="sm",
-                thumbLabel="Severity, 0 to 1",
-                marks=[{"value": v, "label": f"{v:g}"} for v in (0, 0.5, 1)],
-                updatemode="drag",
-            ),
-            id=error_id("severity"),
-            label=[term("severity"), " ", html.Output("", id="severity-value", className="mono")],
-            size="xs",
-            className="severity",
-        ),
+        _severity_field(values),
         html.Div(
             [
                 _number(
@@ -230,7 +213,7 @@ def _fault_fields(values: Mapping[str, Any]) -> list[Any]:
                 _choice(
                     "cylinder",
                     "Cylinder",
-                    [(AUTO_CYLINDER, "Auto"), *((str(n), str(n)) for n in (1, 2, 3, 4))],
+                    [(AUTO_CYLINDER, "Auto"), *((str(n), str(n)) for n in CYLINDERS)],
                     values,
                     description="auto: the usual one",
                 ),
@@ -238,6 +221,27 @@ def _fault_fields(values: Mapping[str, Any]) -> list[Any]:
             className="field-grid onset-row",
         ),
     ]
+
+
+def _severity_field(values: Mapping[str, Any]) -> dmc.InputWrapper:
+    return dmc.InputWrapper(
+        dmc.Slider(
+            id=field_id("severity"),
+            value=values["severity"],
+            min=0,
+            max=1,
+            step=0.05,
+            precision=2,
+            size="sm",
+            thumbLabel="Severity, 0 to 1",
+            marks=[{"value": v, "label": f"{v:g}"} for v in (0, 0.5, 1)],
+            updatemode="drag",
+        ),
+        id=error_id("severity"),
+        label=[term("severity"), " ", html.Output("", id="severity-value", className="mono")],
+        size="xs",
+        className="severity",
+    )
 
 
 def _run_buttons() -> html.Div:

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 from app.kit.frames import FRAME_S, frames, joined
 from app.kit.wiring import Update
-from app.pages.fly.view import RunView, idle, reported, watched
+from app.pages.fly.states import idle, reported, watched
+from app.pages.fly.view import RunView
 from app.report_desk import ReportDesk
 from app.sessions import HEARTBEAT_S, BrowserPage, OpenScene
 from core.jobs import events

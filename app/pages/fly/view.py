@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from dash import html
 
 from app.figures.axes import Array, Array32
 from app.figures.marks import Mark, action_marks, limit_marks, track, verdict_marks
@@ -30,16 +29,20 @@ from app.pages.fly import live_controls
 from app.pages.fly import page as fly
 from app.pages.fly.cursor_tools import ACTION_MARKS_ID, LIMIT_MARKS_ID, TRACK_ID, VERDICT_MARKS_ID
 from app.pages.fly.lists import event_list, ranking_list
-from app.pages.fly.setup import DEFAULT_PLAN, error_id, field_id, form_values
-from app.pages.report import panel as report_panel
-from app.pages.report.panel import whole_report
-from app.report_desk import Job
+from app.pages.fly.setup import error_id, field_id, form_values
+from app.pages.fly.states import (
+    blank,
+    button_updates,
+    cautioned,
+    reported,
+    resting_charts,
+    status_updates,
+)
 from core.clock import clock
 from core.diagnosis.diagnosis import Diagnosis
 from core.fmea.catalogue import catalogue
 from core.fmea.fault import Fault
 from core.jobs import events
-from core.report.grounded import GroundedReport
 from core.store.outcome import run_outcome
 from core.store.records import RunRecord, Status
 from core.twin.events import flight_events
@@ -53,18 +56,6 @@ LAST_SAMPLE_S = 0.5
 
 JUDGED_S = 1.0
 """Minimum time between two updates of the ranking during a run: each costs 25 kB."""
-
-
-def idle() -> list[Update]:
-    """The page with no run on it."""
-    return [
-        *_status("idle", "Ready"),
-        *_buttons(live=False, finished=False, retryable=False),
-        Update("run-title", "children", "No flight yet"),
-        Update("run-subtitle", "children", fly.idle_hint()),
-        *_cleared(),
-        *_resting(cleared("", DEFAULT_PLAN.duration_s, None)),
-    ]
 
 
 class RunView:
@@ -96,7 +87,7 @@ class RunView:
         """The first updates for this run: its name, its state, its settings in the form."""
         values = form_values(self.record.plan, self.record.fault) if fill_form else {}
         return [
-            *_cleared(),
+            *blank(),
             *self._named(),
             *self._state(self.record.status),
             *(Update(field_id(name), "value", value) for name, value in values.items()),
@@ -239,7 +230,7 @@ class RunView:
             self._marked(
                 VERDICT_MARKS_ID, verdict_marks(diagnosis, self.record.first_fault or Fault())
             ),
-            *_cautioned(notes, unsure=False),
+            *cautioned(notes, unsure=False),
         ]
 
     def _flown(self) -> list[Update]:
@@ -280,7 +271,7 @@ class RunView:
                 np.stack([window.probabilities for window in self._windows]),
                 self._windows[-1].probabilities,
             ),
-            *_cautioned([caution] if caution else [], unsure=caution is not None),
+            *cautioned([caution] if caution else [], unsure=caution is not None),
         ]
 
     def _verdict(
@@ -322,7 +313,7 @@ class RunView:
         updates = self._state("running")
         if attempt > 1:
             self._begin()
-            updates += [*_cleared(), *_resting(self._tiles)]
+            updates += [*blank(), *resting_charts(self._tiles)]
             again = f"Its worker died. The flight was restarted, attempt {attempt}."
             updates.append(alert("warning", "Restarted", again))
         return updates
@@ -336,9 +327,10 @@ class RunView:
     def _state(self, status: Status, *, retryable: bool = True) -> list[Update]:
         live = status in ("queued", "running")
         done = status == "done"
+        can_retry = status == "failed" and retryable
         return [
-            *_status(status, STATUS_WORDS[status]),
-            *_buttons(live=live, finished=not live, retryable=status == "failed" and retryable),
+            *status_updates(status, STATUS_WORDS[status]),
+            *button_updates(live=live, finished=not live, retryable=can_retry),
             Update(fly.RESIDUAL_SWITCH_ID, "disabled", not done),
             *([] if live else [
                 Update(live_controls.BAR_ID, "hidden", True),
@@ -348,75 +340,6 @@ class RunView:
         ]  # fmt: skip
 
 
-def _cautioned(notes: Sequence[str], *, unsure: bool) -> list[Update]:
-    """Cautions about the ranking, which is greyed while it is unreliable."""
-    return [
-        Update(
-            "diagnosis-notes", "children", [html.P(note, className="caution") for note in notes]
-        ),
-        Update("ranking", "className", "is-unsure" if unsure else ""),
-    ]
-
-
 def _onset_s(record: RunRecord) -> float | None:
     fault = record.first_fault
     return None if fault is None else fault.onset_s
-
-
-def reported(run_id: str, report: GroundedReport) -> list[Update]:
-    """The sections, each sentence with its verdict."""
-    return [Update(report_panel.REPORT_NODES_ID, "data", whole_report(run_id, report))]
-
-
-def watched(job: Job, stored: GroundedReport) -> list[Update]:
-    """The updates of a job on the report of a finished run; see `report_panel.watched`."""
-    report, newest, status = report_panel.watched(job, stored)
-    return [
-        Update("report-status", "children", status),
-        Update(report_panel.PANEL_ID, "data-writing", "no" if job.over else "yes"),
-        *([] if report is None else [Update(report_panel.REPORT_NODES_ID, "data", report)]),
-        *([] if newest is None else [Update(report_panel.ANSWER_NODES_ID, "data", newest)]),
-    ]
-
-
-def _cleared() -> list[Update]:
-    return [
-        Update("alert", "children", None),
-        Update("flight-events", "children", None),
-        Update(live_controls.ACTIONS_ID, "children", None),
-        Update(live_controls.BAR_ID, "hidden", True),
-        Update("progress", "value", 0),
-        Update("stage", "children", ""),
-        Update(fly.RANKING_NODES_ID, "data", fly.ranking_hint()),
-        Update(OUTCOME_ID, "children", None),
-        *_cautioned([], unsure=False),
-        Update(report_panel.REPORT_NODES_ID, "data", report_panel.hint()),
-        Update("report-status", "children", ""),
-        Update(report_panel.PANEL_ID, "data-writing", "no"),
-        Update(report_panel.ANSWER_NODES_ID, "data", []),
-    ]
-
-
-def _resting(tiles: dict[str, Any]) -> list[Update]:
-    """All charts empty, with the axes of the flight that ``tiles`` is for."""
-    figures = fly.resting_figures(tiles["duration_s"], tiles["onset_s"])
-    return [
-        Update("flight", "data", tiles),
-        *(Update(store, "data", None) for store in (VERDICT_MARKS_ID, LIMIT_MARKS_ID, TRACK_ID)),
-        *(Update(graph, "figure", figure) for graph, figure in figures.items()),
-    ]
-
-
-def _status(status: str, words: str) -> list[Update]:
-    return [
-        Update("fly", "data-status", status),
-        Update("run-status", "children", words),
-    ]
-
-
-def _buttons(*, live: bool, finished: bool, retryable: bool) -> list[Update]:
-    shown = {"cancel": live, "again": finished and not retryable, "retry": retryable}
-    return [
-        Update("run", "disabled", live),
-        *(Update(name, "display", "block" if on else "none") for name, on in shown.items()),
-    ]

@@ -1,4 +1,4 @@
-"""The pictures and interactive pages of the experiments, as they lie in ``models/results``."""
+"""The pictures and interactive figures of the experiments, from ``models/results``."""
 
 from importlib.resources import files
 from pathlib import Path
@@ -18,7 +18,7 @@ _FILES["plotly.min.js"] = Path(str(files("plotly") / "package_data" / "plotly.mi
 
 
 def mount(server: FastAPI) -> None:
-    """Serve them; only names that a result of ours has, whatever else lies in the folder."""
+    """Serve the files of experiments; other files in the folder are not served."""
 
     @server.api_route(PREFIX + "{name}", methods=["GET", "HEAD"], include_in_schema=False)
     def result_file(name: str, request: Request) -> FileResponse:
@@ -32,7 +32,7 @@ def mount(server: FastAPI) -> None:
 
 
 def _policy(origin: str) -> str:
-    """For a page of Plotly's own making, with its inline script: a sandbox without a network."""
+    """The policy of an interactive figure, with its inline script: a sandbox without network."""
     return (
         f"sandbox allow-scripts; default-src 'none'; script-src {origin} 'unsafe-inline' "
         "'unsafe-eval'; style-src 'unsafe-inline'; img-src data: blob:; frame-ancestors 'none'"

@@ -40,8 +40,10 @@ def register(app: Dash, store: RunStore) -> None:
     """Attach the callbacks of the page to ``app``."""
     _register_selection(app)
     _register_writing(app, store)
-    _register_bin(app, store)
-    _register_arrivals(app, store)
+    _register_delete(app, store)
+    _register_undo(app, store)
+    _register_import(app, store)
+    _register_progress(app, store)
 
 
 def _register_selection(app: Dash) -> None:
@@ -124,17 +126,19 @@ def _rows(store: RunStore, run_ids: Sequence[str]) -> list[runs.Row]:
     return found
 
 
-def _register_bin(app: Dash, store: RunStore) -> None:
-    changed = (
-        Output(runs.GRID_ID, "rowTransaction", allow_duplicate=True),
-        Output(runs.NOTICE_ID, "children", allow_duplicate=True),
-        Output(runs.GONE_ID, "data", allow_duplicate=True),
-        Output(runs.UNDO_ID, "style", allow_duplicate=True),
-        Output(runs.PROBLEM_ID, "children", allow_duplicate=True),
-    )
+_ON_DELETION = (
+    Output(runs.GRID_ID, "rowTransaction", allow_duplicate=True),
+    Output(runs.NOTICE_ID, "children", allow_duplicate=True),
+    Output(runs.GONE_ID, "data", allow_duplicate=True),
+    Output(runs.UNDO_ID, "style", allow_duplicate=True),
+    Output(runs.PROBLEM_ID, "children", allow_duplicate=True),
+)
+"""What a deletion changes, and its undoing: rows, notice, deleted runs, Undo, problem."""
 
+
+def _register_delete(app: Dash, store: RunStore) -> None:
     @app.callback(
-        *changed,
+        *_ON_DELETION,
         Output(runs.GRID_ID, "selectedRows"),
         Input(runs.DELETE_ID, "n_clicks"),
         State(runs.CHOSEN_ID, "data"),
@@ -154,8 +158,10 @@ def _register_bin(app: Dash, store: RunStore) -> None:
         words = runs.gone_words(len(run_ids), is_final=not kept)
         return {"remove": gone}, words, kept, VISIBLE if kept else HIDDEN, "", []
 
+
+def _register_undo(app: Dash, store: RunStore) -> None:
     @app.callback(
-        *changed,
+        *_ON_DELETION,
         Input(runs.UNDO_ID, "n_clicks"),
         State(runs.GONE_ID, "data"),
         websocket=True,
@@ -174,7 +180,7 @@ def _register_bin(app: Dash, store: RunStore) -> None:
         return {"add": rows}, words, [], HIDDEN, ""
 
 
-def _register_arrivals(app: Dash, store: RunStore) -> None:
+def _register_import(app: Dash, store: RunStore) -> None:
     @app.callback(
         Output("page", "children", allow_duplicate=True),
         Output(runs.PROBLEM_ID, "children", allow_duplicate=True),
@@ -192,6 +198,8 @@ def _register_arrivals(app: Dash, store: RunStore) -> None:
         layout = await asyncio.to_thread(current_layout, store, len(outcome["imported"]))
         return layout, no_update, no_update
 
+
+def _register_progress(app: Dash, store: RunStore) -> None:
     @app.callback(
         Output(runs.GRID_ID, "rowTransaction", allow_duplicate=True),
         Output(runs.CLOCK_ID, "disabled"),
