@@ -1,4 +1,4 @@
-"""Other units than the logged ones, for people who think in them: the one table of conversions.
+"""Quantities as people read them: shares in percent, and other units than the logged ones.
 
 Data, limits and files stay in the units of `core.channels`; only what is shown is converted.
 """
@@ -56,6 +56,17 @@ OTHER_UNITS: dict[str, OtherUnit] = {
 """By logged unit. Outside air is logged in degrees Celsius, as pilots read it, and stays so."""
 
 QUANTITIES: tuple[str, ...] = tuple(dict.fromkeys(other.quantity for other in OTHER_UNITS.values()))
+
+
+def percent(share: float) -> str:
+    """A share of 1, such as a probability, in percent; an estimate never reads as 0 or 100 %.
+
+    >>> percent(0.8124), percent(0.0002), percent(0.9999)
+    ('81.2 %', '< 0.1 %', '> 99.9 %')
+    """
+    if share < 0.0005:
+        return "< 0.1 %"
+    return "> 99.9 %" if share >= 0.9995 else f"{100.0 * share:.1f} %"
 
 
 def distance_words(distance_m: float) -> str:

@@ -12,7 +12,6 @@ from core.report.case.wording import (
     expectation,
     interval,
     label,
-    percent,
     shift,
     sigma,
     with_cylinder,
@@ -22,6 +21,7 @@ from core.report.statement import Statement, item, paragraph, prose, say
 from core.report.template.conclusion import onset
 from core.report.template.differential import weigh
 from core.report.template.maintenance import maintenance
+from core.units import percent
 
 MAX_CHANNELS = 4
 MAX_PASSAGES = 3

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.channels import CHANNEL_INDEX
+from core.cylinders import mate
 from core.diagnosis.diagnosis import Diagnosis, Evidence
 from core.errors import InputError
 from core.knowledge.knowledge import ModeKnowledge, knowledge
@@ -26,7 +27,7 @@ CLOSE_MARGIN = 0.2
 
 LIKELY = 0.895
 UNLIKELY = 0.5
-"""Probabilities at which confidence can be high (prints as 90 %), and below which it is low."""
+"""Probabilities from which confidence can be high, and below which it is low."""
 
 MIN_LATER_WINDOWS = 6
 MIN_LATER_SHARE = 0.1
@@ -174,7 +175,7 @@ class Case:
             found.add(self.hit.runner_up)
         channels = {item.channel for each in self.weighed.values() for item in each.mode.channels}
         if "CHT bank" in channels:
-            found |= {cylinder + 2 if cylinder < 3 else cylinder - 2 for cylinder in set(found)}
+            found |= {mate(cylinder) for cylinder in found}
         return frozenset(found)
 
     @property

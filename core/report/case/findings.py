@@ -8,7 +8,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from core.channels import CHANNEL_NAMES, CYLINDERS, channel, cht_name, egt_name
+from core.channels import CHANNEL_NAMES, channel, cht_name, egt_name
+from core.cylinders import CYLINDERS
 from core.diagnosis.diagnosis import Evidence
 from core.knowledge.knowledge import ChainStep, ExpectedShift, ModeKnowledge
 

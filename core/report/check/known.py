@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import Literal
 
-from core.channels import CYLINDERS
+from core.cylinders import CYLINDERS
 from core.knowledge.knowledge import ModeKnowledge, knowledge
 from core.knowledge.lexicon import stems, terms
 from core.report.case.wording import with_cylinder

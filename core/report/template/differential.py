@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 from core.knowledge.knowledge import LookAlike, resolve
 from core.report.case.case import Candidate, Case
 from core.report.case.findings import ChannelCheck, Finding, strongest
-from core.report.case.wording import expectation, labels, moves, percent
+from core.report.case.wording import expectation, labels, moves
 from core.report.statement import Basis, Statement, item, prose, say
+from core.units import percent
 
 MAX_LISTED = 3
 """How many shifts a clause names, and clauses a line, before the rest is only counted."""

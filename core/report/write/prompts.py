@@ -23,11 +23,11 @@ from core.report.case.wording import (
     interval,
     label,
     labels,
-    percent,
     shift,
     with_cylinder,
 )
 from core.report.sections import SECTIONS, Section, SectionId
+from core.units import percent
 
 Message = dict[str, str]
 

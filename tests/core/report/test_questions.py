@@ -42,7 +42,7 @@ def test_why_not_another_fault() -> None:
         ("and the oil pressure?", "Oil pressure stayed within noise."),
         ("When did it start?", "part at 1:00"),
         ("which cylinder is it?", "cylinder 3"),
-        ("how sure are you?", "90 %"),
+        ("how sure are you?", "90.0 %"),
         ("What should I do?", "search the panel"),
         ("stop drilling hairlines?", "stop-drill its end"),
     ],
