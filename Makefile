@@ -1,13 +1,15 @@
 # MirrorTwin: `make serve` and `make test` set up everything they need.
 #
 #   make serve            the app on http://127.0.0.1:8050   (HOST=, PORT=, PYTHON= to change)
-#   make test             every test                          (ARGS="-m 'not slow'" for pytest)
-#   make check            ruff, mypy --strict, then the tests
+#   make test             the tests, browser included         (ARGS="-k gauge" for pytest)
+#   make test-all         those and the slow ones: trainings, 500 flights, campaigns of kills
+#   make lint             ruff, import-linter, mypy --strict
+#   make check            lint, then the tests
 #   make clean            forget the virtual environment and the caches
 
 SHELL := /bin/bash
 .DELETE_ON_ERROR:
-.PHONY: serve test check lint browser clean
+.PHONY: serve test test-slow test-all check lint browser clean
 
 HOST ?= 127.0.0.1
 PORT ?= 8050
@@ -18,6 +20,7 @@ PYTHON ?= $(shell for python in python3.11 python3.12 python3.13 python3; do \
 
 VENV := .venv
 BIN := $(VENV)/bin
+PYTEST := $(BIN)/python -m pytest -n 2 --dist loadgroup --no-loadscope-reorder
 PIP := $(BIN)/python -m pip --disable-pip-version-check install --quiet
 
 # Debian packages, where this user may install any: root, or sudo without a password.
@@ -44,7 +47,12 @@ serve: $(VENV)/.installed
 	@exec $(BIN)/mirrortwin serve --host $(HOST) --port $(PORT)
 
 test: $(VENV)/.installed-dev browser
-	$(BIN)/python -m pytest -n 2 --dist loadgroup --no-loadscope-reorder $(ARGS)
+	$(PYTEST) -m "not slow" $(ARGS)
+
+test-slow: $(VENV)/.installed-dev browser
+	$(PYTEST) -m slow $(ARGS)
+
+test-all: test test-slow
 
 check: lint test
 

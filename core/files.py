@@ -18,6 +18,9 @@ MAX_JSON = 64 << 20
 
 SUM_SUFFIX = ".sha256"
 
+_SHORT_LINE = 100
+_ROW_LINE = 480
+
 _TEMPORARY = re.compile(r"\..+\.[0-9a-f]{8}\.tmp")
 _FULL = (errno.ENOSPC, errno.EDQUOT)
 
@@ -62,9 +65,46 @@ def write_error(folder: Path, error: OSError) -> StoreError:
 
 
 def write_json(path: Path, values: dict[str, Any]) -> None:
-    """Write ``values`` as readable JSON, whole or not at all; raises `StoreError`."""
+    """Write ``values`` as `readable_json`, whole or not at all; raises `StoreError`."""
     with whole_file(path) as temporary:
-        temporary.write_text(json.dumps(values, indent=1, allow_nan=False), encoding="utf-8")
+        temporary.write_text(readable_json(values), encoding="utf-8")
+
+
+def readable_json(values: Any) -> str:
+    """Indented JSON with each list or table of single values on one line, as long as they may be.
+
+    A row of a matrix, and a row of results, is then a line: people can read the file, and what
+    changes in it shows. Raises ``ValueError`` for numbers that are not finite.
+    """
+    return _readable(values, "") + "\n"
+
+
+def _readable(value: Any, indent: str) -> str:
+    if not isinstance(value, dict | list | tuple) or not value:
+        return _one_line(value)
+    items = list(value.values()) if isinstance(value, dict) else value
+    is_flat = not any(isinstance(item, dict | list | tuple) and item for item in items)
+    if is_flat and (line := _one_line(value)) and (indent or len(line) <= _SHORT_LINE):
+        return line
+    inner = indent + " "
+    if isinstance(value, dict):
+        parts = [
+            f"{_one_line(str(name))}: {_readable(each, inner)}" for name, each in value.items()
+        ]
+        opening, closing = "{", "}"
+    else:
+        lines = [_one_line(each) for each in value]
+        parts = [
+            line if len(line) <= _ROW_LINE else _readable(each, inner)
+            for line, each in zip(lines, value, strict=True)
+        ]
+        opening, closing = "[", "]"
+    separator = f",\n{inner}"
+    return f"{opening}\n{inner}{separator.join(parts)}\n{indent}{closing}"
+
+
+def _one_line(value: Any) -> str:
+    return json.dumps(value, ensure_ascii=False, allow_nan=False)
 
 
 def read_json(path: Path) -> dict[str, Any]:

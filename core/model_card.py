@@ -6,7 +6,6 @@ before believing it: data, split, normalisation, architecture, training, scores 
 
 import hashlib
 import json
-import re
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,7 @@ from safetensors.torch import load, save
 from torch import Tensor
 
 from core.errors import MirrorTwinError
-from core.files import whole_file
+from core.files import readable_json, whole_file
 
 CARD_FORMAT = 1
 
@@ -85,11 +84,3 @@ def load_model(models: Path, name: str) -> tuple[Card, dict[str, Tensor]]:
         return card, load(content)
     except SafetensorError as error:
         raise MirrorTwinError(f"model {name}: the weights are damaged: {error}") from None
-
-
-def readable_json(values: Any) -> str:
-    """Indented JSON with each list of numbers on one line, so that a matrix reads as one."""
-    text = json.dumps(values, indent=2, ensure_ascii=False)
-    # Within a JSON string a line break is escaped, so only real lists of numbers can match.
-    number_list = re.compile(r"\[\n[^\[\]{}\"]*\n *\]")
-    return number_list.sub(lambda match: re.sub(r"\n *", " ", match[0]), text) + "\n"

@@ -9,14 +9,14 @@ from core.paths import ROOT
 
 TWIN_SOURCES: tuple[str, ...] = (
     "core/channels.py",
+    "core/clock.py",
+    "core/cylinders.py",
     "core/twin/*.py",
     "core/fmea/*.py",
-    "assets/fmea/catalogue.toml",
-    "assets/aircraft/**/*.xml",
+    "assets/data/fmea/catalogue.toml",
+    "assets/data/aircraft/**/*.xml",
 )
-"""What a flight's bytes depend on. Knowledge for reports lies beside it and is left out."""
-
-NOT_TWIN = {"core/knowledge/knowledge.py"}
+"""What a flight's bytes depend on."""
 
 
 def provenance() -> dict[str, str]:
@@ -35,8 +35,7 @@ def twin_fingerprint(root: Path = ROOT) -> str:
     for pattern in TWIN_SOURCES:
         for path in sorted(root.glob(pattern)):
             name = path.relative_to(root).as_posix()
-            if name not in NOT_TWIN:
-                digest.update(name.encode() + b"\0" + path.read_bytes() + b"\0")
+            digest.update(name.encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()[:16]
 
 

@@ -1,7 +1,6 @@
 """Fixtures shared by all tests: a server as a user starts it, and a real Chromium."""
 
 import ctypes.util
-import os
 import signal
 import socket
 import subprocess
@@ -11,12 +10,11 @@ import time
 import urllib.error
 import urllib.request
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NoReturn
 
-import psutil
 import pytest
 import uvicorn
 from playwright.sync_api import BrowserContext, Page
@@ -25,7 +23,10 @@ COMMAND = str(Path(sys.executable).with_name("mirrortwin"))
 CHROMIUM = Path("/usr/bin/chromium")
 START_S = 180.0
 STOP_S = 10.0
-ALONE_S = 240.0
+
+
+BROWSERS = 2
+"""So many groups of browser tests, which run side by side at the very end."""
 
 
 def _lateness(item: pytest.Item) -> int:
@@ -35,54 +36,24 @@ def _lateness(item: pytest.Item) -> int:
 
 @pytest.hookimpl(tryfirst=True)  # pytest-xdist reads the groups in the same hook
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Say what may run beside what, and let that which may not come last.
+    """Say what may run beside what, and what comes last.
 
-    Browser tests and those marked ``alone`` want the machine for themselves; of the others, files
-    may run side by side (``pytest -n 2 --dist loadgroup``). The browser's are the very last: from
-    the first on, Playwright's event loop owns the thread.
+    Files run side by side (``pytest -n 2 --dist loadgroup``); of those marked ``alone``, which kill
+    processes and fill disks, one at a time. Browser tests are the very last: from the first on,
+    Playwright's event loop owns the thread. Nothing relies on having the machine for itself: tests
+    wait for states.
     """
     items.sort(key=_lateness)
+    files = sorted({str(item.path) for item in items if item.get_closest_marker("browser")})
     for item in items:
-        group = "alone" if _lateness(item) else str(item.path)
+        match _lateness(item):
+            case 0:
+                group = str(item.path)
+            case 1:
+                group = "alone"
+            case _:
+                group = f"browser {files.index(str(item.path)) % BROWSERS}"
         item.add_marker(pytest.mark.xdist_group(group))
-
-
-def _busy_beside(over_s: float) -> float:
-    """CPU seconds a second that the other test workers and all they started use for ``over_s``."""
-    mine = {os.getpid(), *(each.pid for each in psutil.Process().children(recursive=True))}
-    others = [
-        each for each in psutil.Process().parent().children(recursive=True) if each.pid not in mine
-    ]
-
-    def used_s() -> dict[int, float]:
-        used = {}
-        for each in others:
-            with suppress(psutil.Error):  # gone meanwhile
-                used[each.pid] = sum(each.cpu_times()[:2])
-        return used
-
-    before = used_s()
-    time.sleep(over_s)
-    return sum(after_s - before[pid] for pid, after_s in used_s().items() if pid in before) / over_s
-
-
-@pytest.fixture(scope="session")
-def nothing_beside() -> None:
-    """Wait, once, until the other test workers have done their last files.
-
-    The group of the lone tests begins when one worker is free, while the other may still train.
-    """
-    deadline = time.monotonic() + ALONE_S
-    while "PYTEST_XDIST_WORKER" in os.environ and time.monotonic() < deadline:
-        if _busy_beside(1.0) < 0.2:
-            return
-
-
-@pytest.fixture(autouse=True)
-def alone_at_last(request: pytest.FixtureRequest) -> None:
-    """Let what wants the machine for itself have it."""
-    if _lateness(request.node):
-        request.getfixturevalue("nothing_beside")
 
 
 def _free_port() -> int:

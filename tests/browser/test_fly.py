@@ -1,7 +1,6 @@
 """The page Fly in a real browser, on a server started as a user starts it."""
 
 import io
-import os
 import re
 import signal
 import subprocess
@@ -26,32 +25,7 @@ from core.report.sections import SECTION_TITLES
 pytestmark = pytest.mark.browser
 without_3d = pytest.mark.usefixtures("without_3d")
 
-FIRST_SAMPLE_S = 1.0
-WHOLE_RUN_S = 6.0
 TIMEOUT_MS = 120_000
-
-
-STOPWATCH = """
-(function () {
-  addEventListener("click", (click) => {
-    window.pressed_ms = click.timeStamp;
-    new MutationObserver((changes, observer) => {
-      if (!changes.some((change) => Number(change.target.dataset.samples) > 0)) return;
-      observer.disconnect();
-      // The second frame begins when the first has been painted.
-      requestAnimationFrame(() => requestAnimationFrame((now) => { window.painted_ms = now; }));
-    }).observe(document, { subtree: true, attributeFilter: ["data-samples"] });
-  }, { capture: true, once: true });
-})();
-"""
-"""Times in the page itself, from the next click to the first sample painted: Playwright looks for
-an element every half second only."""
-
-
-def allowed(target_s: float) -> float:
-    """A time target, as many times longer as others want the machine at the same time."""
-    load = os.getloadavg()[0]
-    return target_s * (load if load > (os.cpu_count() or 1) else 1.0)
 
 
 @dataclass
@@ -149,34 +123,15 @@ def has_colour(picture: np.ndarray, colour: str, least: int) -> bool:
     return int((np.abs(picture - wanted).max(axis=2) < 40).sum()) >= least
 
 
-def timed_run(fly: Fly) -> tuple[np.ndarray, float, float]:
-    """The 3D view before one click on Run, and seconds to its first sample and to its report."""
-    fly.open()
-    time.sleep(3)  # the 3D view has its own start
-    empty = fly.picture("#scene")
-    fly.page.evaluate(STOPWATCH)
-    begun = time.monotonic()
-    fly.press("run")
-    fly.wait("done")
-    expect(fly.page.locator("#report h2")).to_have_count(len(SECTION_TITLES))
-    whole_s = time.monotonic() - begun
-    first_s = fly.page.evaluate("painted_ms - pressed_ms") / 1000
-    return empty, first_s, whole_s
-
-
 def test_one_click_shows_a_fault_fly_and_its_report(
     fly: Fly, console_errors: list[str], record_property: Callable[[str, object], None]
 ) -> None:
-    empty, *times = timed_run(fly)
-    if times[0] > FIRST_SAMPLE_S or times[1] > WHOLE_RUN_S:
-        # One run may meet a busy moment of the machine; the middle one of three does not.
-        times = np.median([times, timed_run(fly)[1:], timed_run(fly)[1:]], axis=0).tolist()
-    first_s, whole_s = times
-    record_property("first_sample_s", round(first_s, 2))
-    record_property("whole_run_s", round(whole_s, 2))
-    print(f"first sample {first_s:.2f} s, whole run {whole_s:.2f} s")
-    assert first_s < allowed(FIRST_SAMPLE_S)
-    assert whole_s < allowed(WHOLE_RUN_S)
+    fly.open()
+    time.sleep(3)  # the 3D view has its own start
+    empty = fly.picture("#scene")
+    fly.press("run")
+    fly.wait("done")
+    expect(fly.page.locator("#report h2")).to_have_count(len(SECTION_TITLES))
 
     assert fly.page.locator("#report h2").all_inner_texts() == list(SECTION_TITLES)
     assert "Cylinder compression" in fly.text("report")

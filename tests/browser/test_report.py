@@ -1,7 +1,7 @@
 """The report on the page: verdicts, citing sentences, writers, questions, files to take away."""
 
-import os
 import re
+import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -17,8 +17,8 @@ pytestmark = [pytest.mark.browser, pytest.mark.usefixtures("without_3d")]
 
 TIMEOUT_MS = 120_000
 
-FIRST_WORDS_S = 0.5
-"""After the endpoint's first token; longer where others want the machine too, as in `test_fly`."""
+HELD_S = 300.0
+"""How long the model holds its first sentence at most, until a test lets it go on."""
 
 
 class Endpoint:
@@ -27,7 +27,7 @@ class Endpoint:
     def __init__(self) -> None:
         self.reply: Reply = refuses_the_key
         self.first_token_s = 0.0
-        self.hold_s = 0.0
+        self.go_on = threading.Event()
 
     def __call__(self, handler: Handler) -> None:
         self.reply(handler)
@@ -36,10 +36,9 @@ class Endpoint:
         """Two sentences a section, the first one slowly."""
         handler.begin()
         first = title_of(handler.server.requests[-1]) == SECTION_TITLES[0]
-        if first:
-            self.first_token_s = time.time()
         handler.say("CHT 4 rose ")
-        time.sleep(self.hold_s if first else 0.0)
+        if first:
+            self.go_on.wait(HELD_S)
         handler.say("by 300 °F. The <b>turbocharger</b> failed <img src=/x onerror=alert(1)>.")
         handler.wfile.write(b"data: [DONE]\n\n")
 
@@ -151,25 +150,14 @@ def test_a_model_writes_anew_is_checked_and_stays(
     report: Page,
     endpoint: tuple[Endpoint, ChatServer],
     console_errors: list[str],
-    record_property: Callable[[str, object], None],
 ) -> None:
     model, server = endpoint
-    model.reply, model.hold_s = model.says_what_is_false, 1.5
-    report.evaluate(
-        """() => new MutationObserver((changes, observer) => {
-             if (!document.querySelector("#report .draft")) return;
-             window.first_words_ms = Date.now();
-             observer.disconnect();
-           }).observe(document.getElementById("report"), { childList: true, subtree: true })"""
-    )
+    model.reply = model.says_what_is_false
+    model.go_on.clear()
     choose(report, "test-model")
     expect(report.locator("#report .draft")).to_have_text("CHT 4 rose")
     expect(report.locator("#report-status")).to_contain_text("test-model writes")
-    late_s = report.evaluate("first_words_ms") / 1000 - model.first_token_s
-    record_property("first_words_s", round(late_s, 2))
-    print(f"first words {late_s:.2f} s after the endpoint's first token")
-    load = os.getloadavg()[0]
-    assert late_s < FIRST_WORDS_S * (load if load > (os.cpu_count() or 1) else 1.0)
+    model.go_on.set()
 
     expect(report.locator("#report")).to_contain_text("Written by test-model", timeout=TIMEOUT_MS)
     struck = report.locator("#report .claim:has(del)")
@@ -196,7 +184,8 @@ def test_a_writer_that_hangs_can_be_stopped_and_the_plots_stay(
     report: Page, endpoint: tuple[Endpoint, ChatServer]
 ) -> None:
     model, _ = endpoint
-    model.reply, model.hold_s = model.says_what_is_false, 8.0
+    model.reply = model.says_what_is_false
+    model.go_on.clear()
     text = report.locator("#report").inner_text()
     choose(report, "test-model")
     expect(report.locator("#report .draft")).to_have_text("CHT 4 rose")
@@ -205,6 +194,7 @@ def test_a_writer_that_hangs_can_be_stopped_and_the_plots_stay(
     report.locator("#report-stop").click()
     expect(report.locator("#report-status")).to_contain_text("was stopped")
     expect(report.locator("#report")).to_have_text(text, use_inner_text=True)
+    model.go_on.set()
 
 
 def test_a_writer_that_is_refused_leaves_a_whole_report(

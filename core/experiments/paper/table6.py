@@ -54,8 +54,13 @@ NO_MODEL = "none: no endpoint is configured and the local-llm extra is not insta
 WORK = Path("data") / "table6"
 """Where finished reports are kept, in the current folder."""
 
-WRITES = ("core/report/*.py", "core/knowledge/knowledge.py", "assets/prompts/*", "assets/report/*",
-          "assets/fmea/*.toml")  # fmt: skip
+WRITES = (
+    "core/report/**/*.py",
+    "core/knowledge/*.py",
+    "assets/data/prompts/*",
+    "assets/data/report/*",
+    "assets/data/fmea/*.toml",
+)
 """The files that shape a report and its measures."""
 
 

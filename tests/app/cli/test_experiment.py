@@ -34,5 +34,4 @@ def test_bench_prints_ratios_to_the_bare_loop(mirrortwin):
     # what they say, not how good they are (`mirrortwin experiment speed` keeps that).
     assert speed["trajectory_ratio"] == speed["trajectory_s"] / speed["bare_s"] > 0.5
     assert speed["pair_ratio"] == speed["pair_s"] / speed["bare_s"] > 0.5
-    assert 0.3 < speed["long_flight_cost_ratio"] < 3.0
-    assert 0.0 < speed["two_worker_speedup"] < 5.0
+    assert speed["long_flight_cost_ratio"] > 0.0 < speed["two_worker_speedup"]

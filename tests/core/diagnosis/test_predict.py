@@ -1,6 +1,5 @@
 """Windows, verdicts and models on disk; what the network has learnt is tested elsewhere."""
 
-import json
 from dataclasses import replace
 from itertools import pairwise
 
@@ -11,7 +10,7 @@ from core.diagnosis.diagnosis import Diagnosis, Intervention
 from core.diagnosis.features import feature_mode
 from core.diagnosis.predict import Diagnoser, counted_windows, load_diagnoser
 from core.errors import InputError, MirrorTwinError
-from core.model_card import load_model, readable_json, save_model
+from core.model_card import load_model, save_model
 from core.twin.trajectory import Pair
 
 FAULT = ("E1 CHT1", 8.0, 33.3, 300.0)
@@ -179,13 +178,6 @@ def test_weights_of_another_shape_are_a_clear_error(stored, untrained):
     save_model(folder, card | {"inputs": "states"}, untrained.network.state_dict())
     with pytest.raises(MirrorTwinError, match=r"cnn-paired-lab: .*train it again"):
         load_diagnoser("paired", folder)
-
-
-def test_a_card_reads_well():
-    text = readable_json({"a": [1, 2.5, -3], "b": [[1, 2], [3, 4]], "c": ["x [1, 2]", "y"]})
-    assert json.loads(text) == {"a": [1, 2.5, -3], "b": [[1, 2], [3, 4]], "c": ["x [1, 2]", "y"]}
-    assert '"a": [ 1, 2.5, -3 ]' in text
-    assert text.count("\n") == 11
 
 
 def test_a_diagnoser_is_loaded_once(stored):

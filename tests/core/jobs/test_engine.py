@@ -1,7 +1,6 @@
 """Runs on a real local cluster: two worker processes, real flights."""
 
 import asyncio
-import time
 from pathlib import Path
 
 import numpy as np
@@ -67,15 +66,12 @@ def test_a_worker_and_this_process_give_the_same(engine: Engine) -> None:
     assert engine.store.load_result(run_id)[0].to_dict() == result.diagnosis.to_dict()
 
 
-def test_the_first_samples_come_within_a_second(engine: Engine) -> None:
-    waits_s: list[float] = []
-    for seed in range(3):  # the best of three: other programs may keep the cores busy
-        began = time.monotonic()
-        subscription = engine.subscribe(engine.submit(Plan(seed=seed), CRACK))
-        read_until(subscription, Samples)
-        waits_s.append(time.monotonic() - began)
-        read_all(subscription)
-    assert min(waits_s) < 1.0
+def test_samples_come_while_the_flight_is_flown(engine: Engine) -> None:
+    run_id = engine.submit(LONG_PLAN, CRACK)
+    read_until(engine.subscribe(run_id), Samples)
+    assert engine.store.get(run_id).status == "running"
+    engine.cancel(run_id)
+    engine.wait(run_id, timeout=PATIENCE_S)
 
 
 def test_history_repeats_what_was_told(engine: Engine) -> None:
@@ -100,25 +96,24 @@ def test_two_runs_at_once_do_not_mix(engine: Engine) -> None:
 
 
 def test_an_event_loop_reads_a_run_and_stays_free(engine: Engine) -> None:
-    async def read() -> tuple[list[Event], float]:
-        worst = 0.0
+    async def read() -> tuple[list[Event], int]:
+        turns = 0
 
         async def watch() -> None:
-            nonlocal worst
+            nonlocal turns
             while True:
-                before = time.monotonic()
                 await asyncio.sleep(0.005)
-                worst = max(worst, time.monotonic() - before - 0.005)
+                turns += 1
 
         watcher = asyncio.create_task(watch())
         run_id = await asyncio.to_thread(engine.submit, SHORT_PLAN, CRACK)
         events = [event async for event in engine.subscribe(run_id)]
         watcher.cancel()
-        return events, worst
+        return events, turns
 
-    events, worst_lag_s = asyncio.run(asyncio.wait_for(read(), 60))
+    events, turns = asyncio.run(asyncio.wait_for(read(), PATIENCE_S))
     assert isinstance(events[-1], Finished)
-    assert worst_lag_s < 0.5  # that the loop is free, not how busy the machine is
+    assert turns > len(events)  # it ran on between them
 
 
 def test_cancel_stops_a_flight_within_a_block(engine: Engine) -> None:
@@ -126,12 +121,12 @@ def test_cancel_stops_a_flight_within_a_block(engine: Engine) -> None:
     subscription = engine.subscribe(run_id)
     read_until(subscription, Samples)
     engine.cancel(run_id)
-    assert isinstance(read_all(subscription)[-1], Cancelled)
+    events = read_all(subscription)
+    assert isinstance(events[-1], Cancelled)
     assert engine.wait(run_id).status == engine.store.get(run_id).status == "cancelled"
-    began = time.monotonic()  # the workers are free again, long before two hours are flown
+    assert len(samples_of(engine.history(run_id))) < LONG_PLAN.n_steps / 250
     for short in [engine.submit(SHORT_PLAN, Fault()) for _ in range(3)]:
         assert engine.wait(short, timeout=PATIENCE_S).status == "done"
-    assert time.monotonic() - began < 10.0
 
 
 def test_a_run_that_waits_for_a_worker_can_be_cancelled(engine: Engine) -> None:

@@ -222,22 +222,16 @@ def test_a_remote_run_is_begun_twice_at_most(elsewhere: Elsewhere, store: RunSto
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:{port}", "nonsense://127.0.0.1:{port}"])
-def test_an_unreachable_scheduler_is_named_within_seconds(
-    store: RunStore, free_port: int, address: str
-) -> None:
-    began = time.monotonic()
+def test_an_unreachable_scheduler_is_named(store: RunStore, free_port: int, address: str) -> None:
     with pytest.raises(WorkerError, match="dask scheduler") as caught:
         Engine(store, RemoteScheduler(address.format(port=free_port)))
     assert address.format(port=free_port) in str(caught.value)
-    assert time.monotonic() - began < 8.0
 
 
 def test_something_else_at_the_address_is_no_scheduler(store: RunStore) -> None:
     handler = http.server.SimpleHTTPRequestHandler
     with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as stranger:
         threading.Thread(target=stranger.serve_forever, daemon=True).start()
-        began = time.monotonic()
         with pytest.raises(WorkerError, match="no Dask scheduler answers"):
             Engine(store, RemoteScheduler(f"127.0.0.1:{stranger.server_port}"))
-        assert time.monotonic() - began < 8.0
         stranger.shutdown()
