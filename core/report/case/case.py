@@ -1,6 +1,6 @@
-"""A diagnosis opened for writing: candidates held against the evidence, and how sure to sound.
+"""The case of a report: a diagnosis with its candidates compared with the evidence.
 
-Every writer of reports starts from a `Case`, so that all of them argue from the same facts.
+Every writer starts from a `Case`, so that all of them argue from the same facts.
 """
 
 import math
@@ -32,7 +32,8 @@ UNLIKELY = 0.5
 MIN_LATER_WINDOWS = 6
 MIN_LATER_SHARE = 0.1
 MAX_LATER = 2
-"""A class is said to be named later by that many windows, that share of them; so many classes."""
+"""A class counts as named later from that many windows and that share of them; at most so many
+classes."""
 
 Confidence = Literal["high", "moderate", "low"]
 
@@ -65,7 +66,7 @@ class LaterClass:
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """What a report is written from.
+    """The facts that a report is written from.
 
     ``candidates``: the most probable classes, best first. ``look_alikes``: those of the first that
     are not candidates themselves. ``hit``: the cylinder that the evidence points to, None where it
@@ -112,12 +113,12 @@ class Case:
 
     @property
     def confidence(self) -> Confidence:
-        """How sure to sound: odds, margin and evidence together.
+        """The confidence that the report states, from probability, margin and evidence.
 
         Low where the odds are even, or less than half of what the first candidate must move has
-        moved, or as many channels speak against it as for it; or it resembles nothing learnt; or
-        it is nominal and the two flights part. High takes odds of 90 %, no conflict, and that the
-        last windows do not name another class.
+        moved, or as many channels contradict it as agree; or the flight resembles none of the
+        classes; or it is nominal and the two flights part. High takes odds of 90 %, no conflict,
+        and that the last windows do not name another class.
         """
         if self.diagnosis.none_of_these or (self.top.mode.id == "nominal" and self.parts_unseen):
             return "low"
@@ -151,7 +152,7 @@ class Case:
 
     @property
     def work_order(self) -> tuple[Candidate, ...]:
-        """Whose actions to list: the first candidate's, and the one the evidence puts beside it.
+        """The candidates whose actions to list: the first, and the one that the evidence favours.
 
         Where the evidence denies a nominal verdict, looking for the next best comes instead.
         """

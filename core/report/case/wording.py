@@ -1,4 +1,4 @@
-"""How reports put numbers, channels and times into words."""
+"""Numbers, channels, cylinders and intervals as reports print them."""
 
 import re
 from collections.abc import Iterable

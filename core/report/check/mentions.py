@@ -1,6 +1,6 @@
-"""What a sentence mentions: channels, cylinders, modes, quantities and times, with their places.
+"""Mentions of channels, cylinders, modes, quantities and times in a text, with their positions.
 
-Reading only: nothing here knows what was measured.
+Nothing here knows what was measured.
 """
 
 import re

@@ -1,4 +1,4 @@
-"""Claims about the verdict: which mode, how probable, at which cylinder."""
+"""Checks of claims about the verdict: which mode, how probable, at which cylinder."""
 
 import re
 from collections.abc import Iterator

@@ -156,7 +156,7 @@ def onset(case: Case) -> Statement:
     onset_s, in_field = case.diagnosis.onset_s, case.diagnosis.conditions == "field"
     if onset_s is None:
         text = (
-            "No onset: nothing left what healthy flights do."
+            "No onset: nothing left the range of healthy flights."
             if in_field
             else "No onset: the two flights did not part."
         )

@@ -130,7 +130,7 @@ def outcome(
     async def scenario() -> Job:
         desk = ReportDesk(store)
         desk.begin(run_id, "model", question)
-        with pytest.raises(MirrorTwinError, match="still writes"):
+        with pytest.raises(MirrorTwinError, match="still writing"):
             desk.begin(run_id, "template")
         async with asyncio.timeout(30):
             async for job in desk.watch(run_id, 60.0):
@@ -180,7 +180,7 @@ def test_a_stopped_or_refused_writer_leaves_a_whole_report(
         job = outcome(store, run_id)
     assert job.outcome is not None
     assert job.outcome.final.ccc == 1.0
-    assert "refused our key" in to_json(watched(job, TEMPLATE)[0])
+    assert "rejected the API key" in to_json(watched(job, TEMPLATE)[0])
 
 
 def test_who_cannot_write_says_why(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
