@@ -55,8 +55,8 @@ class Line:
     text: str
 
 
-def told_by_template(case: Case) -> list[Line]:
-    """Every sentence of the template's report."""
+def template_lines(case: Case) -> list[Line]:
+    """Every statement of the template's report."""
     return [
         Line(part.title, item.markdown if item.cells else item.text)
         for part in SECTIONS
@@ -64,8 +64,8 @@ def told_by_template(case: Case) -> list[Line]:
     ]
 
 
-def told_otherwise(case: Case, rng: random.Random) -> list[Line]:
-    """The facts of a case as language models tell them."""
+def paraphrases(case: Case, rng: random.Random) -> list[Line]:
+    """The facts of a case in the words of language models."""
     lines = [Line("Conclusion", text) for text in _conclusions(case)]
     moved = list(strongest(case.evidence).values())
     for item in rng.sample(moved, min(6, len(moved))):

@@ -131,7 +131,7 @@ def _writer_choice() -> html.Div:
             dmc.Select(
                 id="report-writer",
                 data=choice,
-                value="template",
+                value=choice[0]["value"],
                 size="xs",
                 allowDeselect=False,
                 comboboxProps={"width": 300, "position": "bottom-end"},

@@ -40,12 +40,12 @@ def known_numbers(given: Diagnosis) -> set[str]:
     """Every number that the diagnosis or the knowledge base can account for."""
     texts = [given.model]
     for mode in knowledge().values():
-        told = [mode.summary, mode.mechanism, mode.ata, mode.records, *mode.actions]
-        told += [step.text for step in mode.chain] + [item.tell for item in mode.look_alikes]
-        told += [f"{abs(item.low):g} {abs(item.high):g}" for item in mode.channels]
-        told += [f"{mode.severity} {mode.occurrence} {mode.detection} {mode.rpn}"]
-        told += [percent(share) for share in mode.cylinder_share]
-        texts += told
+        known = [mode.summary, mode.mechanism, mode.ata, mode.records, *mode.actions]
+        known += [step.text for step in mode.chain] + [item.tell for item in mode.look_alikes]
+        known += [f"{abs(item.low):g} {abs(item.high):g}" for item in mode.channels]
+        known += [f"{mode.severity} {mode.occurrence} {mode.detection} {mode.rpn}"]
+        known += [percent(share) for share in mode.cylinder_share]
+        texts += known
     for item in given.evidence:
         texts += [shift(item), sigma(item.sigma), interval(item), clock(item.onset_s)]
     texts += [clock(float(end)) for end in given.time_s]
