@@ -15,7 +15,7 @@ from core.report.write.offers import offers
 
 HINT = (
     f"{', '.join(SECTION_TITLES[:-1])} and {SECTION_TITLES[-1]} appear here once the flight is "
-    "diagnosed, each sentence checked against evidence and FMEA knowledge."
+    "diagnosed, each sentence made from, or checked against, evidence and FMEA knowledge."
 )
 
 FILES = {"html": "HTML", "pdf": "PDF", "md": "Markdown"}
