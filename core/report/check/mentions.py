@@ -168,9 +168,11 @@ def channel_patterns(words: Mapping[str, str]) -> tuple[tuple[str, Pattern], ...
     Raises `InputError` unless words and probes are together all channels.
     """
     probes = {name_of(cylinder) for name_of in (cht_name, egt_name) for cylinder in CYLINDERS}
-    if wrong := set(CHANNEL_NAMES) - probes ^ set(words):
-        names = ", ".join(sorted(wrong))
-        raise InputError("CHANNEL_WORDS", f"must name each channel once, but not {names}")
+    needed = set(CHANNEL_NAMES) - probes
+    if missing := sorted(needed - words.keys()):
+        raise InputError("CHANNEL_WORDS", f"has no words for {', '.join(missing)}")
+    if unknown := sorted(words.keys() - needed):
+        raise InputError("CHANNEL_WORDS", f"has words for {', '.join(unknown)}: no such channel")
     return tuple(
         (name, re.compile(rf"(?<![\w-])(?:{pattern})(?![\w])", re.IGNORECASE))
         for name, pattern in words.items()
