@@ -1,8 +1,8 @@
-"""Reports written anew and questions answered while people watch; one such job a run at a time.
+"""Jobs that rewrite reports and answer questions while pages watch; one job a run at a time.
 
-A job runs on a thread of its own, never on the event loop or on a worker that flies. Every page
-that shows the run watches it, also one that is reloaded meanwhile. However it ends, the report that
-stood before stands again unless a complete one has taken its place.
+A job runs on its own thread, never on the event loop or on a worker that flies. Every page that
+shows the run watches it, also one that is reloaded meanwhile. The previous report is kept unless
+the job makes a complete one.
 """
 
 import asyncio
@@ -33,23 +33,23 @@ from core.store.store import RunStore
 logger = logging.getLogger(__name__)
 
 AT_ONCE = 4
-"""Jobs that run side by side; the next one waits."""
+"""Jobs that run at the same time; the next one waits."""
 
 PERIOD_S = 0.15
-"""How often a page is told of a job's progress at most."""
+"""Least time between two updates of a page [s]."""
 
 REMEMBERED = 32
-"""Jobs that have ended, of which a page that comes later is still told."""
+"""Ended jobs that are kept for pages that are opened later."""
 
-UNEXPECTED = "The writer met an error it did not expect; the server's log says more."
+UNEXPECTED = "Unexpected error in the writer; see the server's log."
 
 
 @dataclass(slots=True)
 class Job:
-    """A report, or with a ``question`` an answer, in the making; written by a thread.
+    """A report, or with a ``question`` an answer, while a thread writes it.
 
     ``draft``: the section being written and its text that is not checked yet. ``outcome``: the
-    whole, once it is there; ``problem``: why there is none. ``case`` is there once it has begun.
+    complete report; ``problem``: why there is none. ``case``: None until the job begins.
     """
 
     run_id: str
@@ -85,7 +85,7 @@ class ReportDesk:
     """The jobs of this server, by run."""
 
     def __init__(self, store: RunStore) -> None:
-        """Have nothing to write yet."""
+        """Start without jobs."""
         self._store = store
         self._jobs: OrderedDict[str, Job] = OrderedDict()
         self._places = threading.Semaphore(AT_ONCE)
@@ -94,42 +94,42 @@ class ReportDesk:
     def begin(self, run_id: str, kind: str, question: str | None = None) -> Job:
         """Let a writer of that kind write about a run; call on the event loop.
 
-        Raises `MirrorTwinError` if the writer is not on offer, the question is none, or somebody
-        writes about this run already.
+        Raises `MirrorTwinError` if the writer is not available, the question is invalid, or a job
+        of this run is not over.
         """
         offer = offered(kind)
         asked = None if question is None else checked_question(question)
         before = self._jobs.get(run_id)
         if before is not None and not before.over:
-            raise InputError("report", f"{before.offer.name} still writes about this run")
+            raise InputError("report", f"{before.offer.name} is still writing about this run")
         job = Job(run_id, offer, asked)
         self._jobs[run_id] = job
         self._jobs.move_to_end(run_id)
         self._forget()
         loop = asyncio.get_running_loop()
 
-        def tell() -> None:
+        def notify() -> None:
             job.version += 1
-            loop.call_soon_threadsafe(lambda: loop.create_task(self._tell()))
+            loop.call_soon_threadsafe(lambda: loop.create_task(self._notify()))
 
-        tell()
+        notify()
         # A daemon: a writer that hangs does not keep the server from ending.
         threading.Thread(
-            target=self._work, args=(job, tell), name=f"report {run_id}", daemon=True
+            target=self._work, args=(job, notify), name=f"report {run_id}", daemon=True
         ).start()
         return job
 
     def stop(self, run_id: str) -> None:
-        """End what is written about a run; the report that stood before stands again."""
+        """Stop the job of a run; the previous report is kept."""
         job = self._jobs.get(run_id)
         if job is not None and not job.over:
             job.stopped.set()
             job.over = True
             job.version += 1
-            asyncio.get_running_loop().create_task(self._tell())
+            asyncio.get_running_loop().create_task(self._notify())
 
     async def watch(self, run_id: str, patience_s: float) -> AsyncIterator[Job | None]:
-        """The job of a run whenever it has news; None after ``patience_s`` seconds without."""
+        """The job of a run whenever it changes; None after ``patience_s`` without a change."""
         seen: tuple[Job | None, int] = (None, 0)
         while True:
             try:
@@ -144,7 +144,7 @@ class ReportDesk:
             await asyncio.sleep(PERIOD_S)
 
     def close(self) -> None:
-        """Stop everything, without waiting for writers that do not answer."""
+        """Stop all jobs, without waiting for writers that do not answer."""
         for job in self._jobs.values():
             job.stopped.set()
 
@@ -152,7 +152,7 @@ class ReportDesk:
         job = self._jobs.get(run_id)
         return job, job.version if job is not None else 0
 
-    async def _tell(self) -> None:
+    async def _notify(self) -> None:
         async with self._news:
             self._news.notify_all()
 
@@ -161,12 +161,12 @@ class ReportDesk:
         for run_id in ended[: max(0, len(self._jobs) - REMEMBERED)]:
             del self._jobs[run_id]
 
-    def _work(self, job: Job, tell: Callable[[], None]) -> None:
+    def _work(self, job: Job, notify: Callable[[], None]) -> None:
         """On a thread: write, check and keep."""
         with self._places:
-            self._write(job, tell)
+            self._write(job, notify)
 
-    def _write(self, job: Job, tell: Callable[[], None]) -> None:
+    def _write(self, job: Job, notify: Callable[[], None]) -> None:
         try:
             diagnosis, _ = self._store.load_result(job.run_id)
             job.case = open_case(diagnosis)
@@ -174,7 +174,7 @@ class ReportDesk:
                 if job.stopped.is_set():
                     return
                 job.take(event)
-                tell()
+                notify()
             if job.question is None and job.outcome is not None:
                 self._store.save_report(job.run_id, job.outcome)
         except MirrorTwinError as error:
@@ -185,7 +185,7 @@ class ReportDesk:
         finally:
             if not job.stopped.is_set():
                 job.over = True
-                tell()
+                notify()
 
     def _events(self, job: Job, diagnosis: Diagnosis) -> Iterator[GroundingEvent]:
         assert job.case is not None

@@ -1,4 +1,4 @@
-"""Components as plain data, for the parts of the page that ``assets/draw.js`` draws by itself.
+"""Components as plain data, for the parts of the page that ``assets/web/draw.js`` draws.
 
 Dash takes milliseconds for each component that it mounts, and a report has three hundred.
 """

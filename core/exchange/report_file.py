@@ -1,4 +1,4 @@
-"""A stored run's report as a file."""
+"""The report of a stored run as a file."""
 
 from core.errors import InputError
 from core.report.files.export import Exported, to_html, to_markdown
@@ -10,7 +10,7 @@ FORMATS = ("html", "pdf", "md")
 
 
 def stored_report(store: RunStore, run_id: str) -> Exported:
-    """The report that stands for a run, with all that goes beside it; raises `StoreError`."""
+    """The stored report of a run with its identity, diagnosis and flight; raises `StoreError`."""
     record = store.get(run_id)
     diagnosis, report = store.load_result(run_id)
     plan = record.plan

@@ -1,8 +1,8 @@
-"""The words by which sentences are read: what moves, what stays, what names a mode.
+"""The lexicon by which sentences are read: words for moves, for modes, and plain words.
 
-Data in ``assets/report``: patterns in ``words.toml``, and in ``plain_words.txt`` those words that
-claim nothing about an engine. Whatever else a sentence says has to come from the evidence or from
-the knowledge base, so that an invented part is an unknown word.
+Data in ``assets/data/report``: patterns in ``words.toml``, and in ``plain_words.txt`` the words
+that claim nothing about an engine. Every other word of a sentence must have a source in the
+evidence or the knowledge base, so that an invented part is an unknown word.
 """
 
 import re

@@ -1,4 +1,4 @@
-"""Answers to questions about a report, from its evidence and the knowledge base alone."""
+"""Answers to questions about a report, made of its evidence and the knowledge base alone."""
 
 import re
 from collections.abc import Iterator
@@ -12,7 +12,6 @@ from core.report.case.wording import (
     expectation,
     interval,
     label,
-    percent,
     shift,
     sigma,
     with_cylinder,
@@ -22,6 +21,7 @@ from core.report.statement import Statement, item, paragraph, prose, say
 from core.report.template.conclusion import onset
 from core.report.template.differential import weigh
 from core.report.template.maintenance import maintenance
+from core.units import percent
 
 MAX_CHANNELS = 4
 MAX_PASSAGES = 3
@@ -124,7 +124,7 @@ def _how_sure(case: Case) -> tuple[Statement, ...]:
 
 
 def _found(case: Case, question: str) -> Iterator[Statement]:
-    """What the knowledge of this case says that comes nearest to the question."""
+    """The passages of this case's knowledge that match the question best."""
     if not _says_something(question):
         text = "Ask about a fault, a channel, a time, a cylinder, or what to do."
         yield from paragraph(say("answer", text))
@@ -140,6 +140,6 @@ def _found(case: Case, question: str) -> Iterator[Statement]:
 
 
 def _says_something(question: str) -> bool:
-    """Whether a question holds any word that says something."""
+    """Whether a question has any technical word."""
     words = re.findall(r"[a-z]+", question.casefold())
     return any(not lexicon().is_plain(word) for word in words)

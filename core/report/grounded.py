@@ -57,9 +57,9 @@ class GroundedSentence:
 
 @dataclass(frozen=True, slots=True)
 class GroundedReport:
-    """The outcome. ``raw``: measures of what the writer wrote; ``final``: of what is left of it.
+    """A complete report. ``raw``: measures of what the writer wrote; ``final``: of what was kept.
 
-    ``notes``: what happened on the way, in sentences for the reader; empty if all went well.
+    ``notes``: what happened on the way, in sentences for the reader; empty without incident.
     """
 
     writer: str
@@ -109,7 +109,7 @@ class GroundedReport:
 
 @dataclass(frozen=True, slots=True)
 class Draft:
-    """Text of a section as it arrives, not yet checked: to be shown as provisional."""
+    """Text of a section as it arrives, not yet checked; it is shown as provisional."""
 
     section: str
     text: str
@@ -124,7 +124,7 @@ class Written:
 
 @dataclass(frozen=True, slots=True)
 class Note:
-    """Something that the reader should know of how this report came about."""
+    """A note for the reader on how the report was written."""
 
     text: str
 
@@ -194,9 +194,9 @@ class Checking:
             for found in splitter.push(piece):
                 yield from self._check(found, section, said)
             if len(said) - len(set(said)) >= MAX_REPEATS:
-                raise StuckError(f"{self._writer.name} began to repeat itself")
+                raise StuckError(f"{self._writer.name} repeated itself")
             if len(said) >= MAX_SENTENCES:
-                raise WriterError(f"more than {MAX_SENTENCES} sentences came")
+                raise WriterError(f"{self._writer.name} wrote more than {MAX_SENTENCES} sentences")
         for found in splitter.finish():
             yield from self._check(found, section, said)
 
@@ -214,7 +214,7 @@ class Checking:
 
 
 class _Session:
-    """One report in the making."""
+    """One report while it is written."""
 
     def __init__(self, case: Case, writer: Writer) -> None:
         self._case = case
@@ -270,7 +270,7 @@ class _Session:
         if struck:
             self._note(
                 f"{struck} of {len(by_writer)} sentences by {self._writer.name} were struck: "
-                "evidence or knowledge speak against them, or nothing supports them."
+                "contradicted by the evidence or the FMEA knowledge, or supported by neither."
             )
         return GroundedReport(
             writer=self._writer.name,

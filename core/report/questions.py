@@ -1,7 +1,7 @@
-"""Questions about a report: answered from evidence and knowledge, with or without a model.
+"""Questions about a report, answered from evidence and knowledge, with or without a model.
 
-Offline the answer is put together from the same sentences as the report; a model's answer is
-checked sentence by sentence like everything it writes.
+The offline answer is made of statements like the report; a model's answer is checked sentence by
+sentence.
 """
 
 from collections.abc import Iterator
@@ -31,7 +31,8 @@ def ask(
 ) -> Iterator[GroundingEvent]:
     """Answer a question about a diagnosis; ends with `Done`, whose section title is "".
 
-    Without a writer, or where it fails or nothing it says stands, the knowledge base answers.
+    Without a writer, or where it fails or none of its sentences is supported, the knowledge base
+    answers.
     Raises `InputError` if the question is empty or too long.
     """
     asked = checked_question(question)

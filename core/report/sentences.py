@@ -12,7 +12,7 @@ from typing import Literal
 LineKind = Literal["heading", "paragraph", "item", "row"]
 
 MAX_LINE_CHARS = 4000
-"""A line of a report that is longer than this is cut: nobody writes one, but endpoints may."""
+"""The longest line of a report; a longer one, which only a faulty endpoint sends, is cut."""
 
 _HEADING = re.compile(r"^#{1,6}\s+(.*?)\s*#*$")
 _ITEM = re.compile(r"^(?P<indent>\s*)(?P<marker>[-*+•]|\d{1,2}[.)])\s+(?P<text>.*)$")

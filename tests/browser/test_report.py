@@ -203,7 +203,7 @@ def test_a_writer_that_is_refused_leaves_a_whole_report(
     endpoint[0].reply = refuses_the_key
     time.sleep(0.1)
     choose(report, "test-model")
-    expect(report.locator("#report")).to_contain_text("refused our key", timeout=TIMEOUT_MS)
+    expect(report.locator("#report")).to_contain_text("rejected the API key", timeout=TIMEOUT_MS)
     assert report.locator("#report h2").all_inner_texts() == list(SECTION_TITLES)
     choose(report, "Template")
     expect(report.locator("#report")).not_to_contain_text("Written by")

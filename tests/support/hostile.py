@@ -19,7 +19,7 @@ class Handler(BaseHTTPRequestHandler):
     server: "ChatServer"
 
     def do_POST(self) -> None:
-        """Take a request and answer it as told."""
+        """Take a request and answer it with the reply of the server."""
         body = self.rfile.read(int(self.headers.get("Content-Length", 0)))
         self.server.requests.append(json.loads(body))
         self.server.headers.append(dict(self.headers))

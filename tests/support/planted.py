@@ -9,17 +9,19 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from core.channels import CHANNEL_NAMES, CYLINDERS, channel
+from core.channels import CHANNEL_NAMES, channel, unit_label
 from core.clock import clock
+from core.cylinders import CYLINDERS
 from core.diagnosis.diagnosis import Evidence
 from core.fmea.catalogue import class_ids
 from core.knowledge.knowledge import knowledge
 from core.report.case.case import Case
 from core.report.case.findings import strongest
-from core.report.case.wording import expectation, label, percent, shift, with_cylinder
+from core.report.case.wording import expectation, label, shift, with_cylinder
 from core.report.check.mentions import channel_mentions, quantities, time_mentions
 from core.report.sections import SECTIONS
 from core.report.sentences import Sentence, sentences
+from core.units import percent
 
 KINDS = ("channel", "direction", "number", "mode", "part", "cylinder")
 
@@ -53,8 +55,8 @@ class Line:
     text: str
 
 
-def told_by_template(case: Case) -> list[Line]:
-    """Every sentence of the template's report."""
+def template_lines(case: Case) -> list[Line]:
+    """Every statement of the template's report."""
     return [
         Line(part.title, item.markdown if item.cells else item.text)
         for part in SECTIONS
@@ -62,8 +64,8 @@ def told_by_template(case: Case) -> list[Line]:
     ]
 
 
-def told_otherwise(case: Case, rng: random.Random) -> list[Line]:
-    """The facts of a case as language models tell them."""
+def paraphrases(case: Case, rng: random.Random) -> list[Line]:
+    """The facts of a case in the words of language models."""
     lines = [Line("Conclusion", text) for text in _conclusions(case)]
     moved = list(strongest(case.evidence).values())
     for item in rng.sample(moved, min(6, len(moved))):
@@ -90,7 +92,7 @@ def _conclusions(case: Case) -> Iterator[str]:
 
 
 def _measured(case: Case, item: Evidence, rng: random.Random) -> Iterator[str]:
-    unit = {"degF": "°F", "degC": "°C"}.get(item.unit, item.unit)
+    unit = unit_label(item.unit)
     verb = rng.choice(_UP if item.value > 0 else _DOWN)
     noun = "rise" if item.value > 0 else "fall"
     digits = channel(item.channel).decimals

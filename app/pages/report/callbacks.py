@@ -1,4 +1,4 @@
-"""The wiring of the panel *Report*: write anew, stop, ask."""
+"""Callbacks of the panel *Report*: rewrite, stop, ask."""
 
 from dash import Dash, Input, Output, State
 from dash.exceptions import PreventUpdate
@@ -9,7 +9,7 @@ from core.errors import MirrorTwinError
 
 
 def register(app: Dash, desk: ReportDesk) -> None:
-    """Attach the callbacks of the panel; what they begin reaches pages by `ReportDesk.watch`."""
+    """Attach the callbacks of the panel; the jobs they begin reach pages by `ReportDesk.watch`."""
 
     @app.callback(
         Input("report-write", "n_clicks"),
@@ -19,7 +19,7 @@ def register(app: Dash, desk: ReportDesk) -> None:
         prevent_initial_call=True,
     )
     async def write(clicks: int | None, kind: str, run_id: str) -> None:
-        """Let the chosen writer write the report of the shown run anew."""
+        """Let the chosen writer rewrite the report of the shown run."""
         if not clicks:
             raise PreventUpdate
         try:

@@ -1,4 +1,4 @@
-"""Reports to take away: ``/runs/<id>/report.html``, ``.pdf`` and ``.md``."""
+"""Reports for download: ``/runs/<id>/report.html``, ``.pdf`` and ``.md``."""
 
 from fastapi import FastAPI, Response
 from fastapi.responses import PlainTextResponse
@@ -17,7 +17,7 @@ MEDIA_TYPES = {
 def mount(app: FastAPI, store: RunStore) -> None:
     """Add the route. Call it before any catch-all route."""
 
-    # Not async: FastAPI then runs it on a thread, since drawing the plots takes its time.
+    # Not async: FastAPI then runs it on a thread, since drawing the plots is slow.
     @app.get("/runs/{run_id}/report.{kind}", include_in_schema=False)
     def file(run_id: str, kind: str) -> Response:
         if kind not in MEDIA_TYPES:
@@ -28,7 +28,7 @@ def mount(app: FastAPI, store: RunStore) -> None:
             return PlainTextResponse(str(error), 404)
         except MirrorTwinError as error:
             return PlainTextResponse(str(error), 500)
-        # To be saved: opened in place, the page's own scripts would fall to our policy.
+        # An attachment: opened in place, the policy of this server would block the file's scripts.
         name = f'attachment; filename="mirrortwin-{run_id}.{kind}"'
         headers = {"Content-Disposition": name, "Cache-Control": "no-cache"}
         return Response(content, media_type=MEDIA_TYPES[kind], headers=headers)

@@ -1,4 +1,4 @@
-"""The panel *Report*: who writes, the checked text, how it was checked, questions, files."""
+"""The panel *Report*: choice of writer, the text, how it was checked, questions, files."""
 
 from typing import Any
 
@@ -10,11 +10,12 @@ from app.kit.nodes import Node, nodes
 from app.pages.report.text import answer_text, how_checked, report_text
 from app.report_desk import Job
 from core.report.grounded import GroundedReport
+from core.report.sections import SECTION_TITLES
 from core.report.write.offers import offers
 
 HINT = (
-    "Conclusion, mechanism, evidence cross-check, differential diagnosis and maintenance appear "
-    "here once the flight is diagnosed, each sentence checked against evidence and FMEA knowledge."
+    f"{', '.join(SECTION_TITLES[:-1])} and {SECTION_TITLES[-1]} appear here once the flight is "
+    "diagnosed, each sentence made from, or checked against, evidence and FMEA knowledge."
 )
 
 FILES = {"html": "HTML", "pdf": "PDF", "md": "Markdown"}
@@ -46,7 +47,7 @@ def report_panel() -> html.Section:
 
 
 def hint() -> list[Node]:
-    """What will stand here."""
+    """The panel's text before any report."""
     return nodes(html.P(HINT, className="note"))
 
 
@@ -72,15 +73,15 @@ def answer(question: str, report: GroundedReport) -> list[Node]:
 
 
 def unfinished(job: Job) -> list[Node]:
-    """A report in the making: what is checked so far, and the draft behind it."""
+    """A report while it is written: what is checked so far, and the draft after it."""
     sentences, trusted = list(job.sentences), job.offer.is_trusted
     return nodes(report_text(sentences, is_trusted=trusted, draft=job.draft))
 
 
 def watched(job: Job, stored: GroundedReport) -> tuple[list[Node] | None, list[Node] | None, str]:
-    """The panel while a job goes on and once it is over: report, newest answer, and its status.
+    """The panel during a job and after it: report, newest answer, and status.
 
-    None for a report that stays. ``stored`` is the report that stands if the job brings none.
+    None for a report that stays. ``stored`` is the report to show if the job makes none.
     """
     status = _status(job)
     if job.question is None:
@@ -99,9 +100,9 @@ def watched(job: Job, stored: GroundedReport) -> tuple[list[Node] | None, list[N
 def _status(job: Job) -> str:
     name = job.offer.name
     if job.problem is not None:
-        return f"{name}: {job.problem}. The last report stands."
+        return f"{name}: {job.problem}. The previous report is kept."
     if job.stopped.is_set():
-        return f"{name} was stopped. The last report stands."
+        return f"{name} was stopped. The previous report is kept."
     if job.over:
         return ""
     doing = "answers" if job.question is not None else "writes"
@@ -119,7 +120,7 @@ def _writer_choice() -> html.Div:
     choice = [
         {
             "value": offer.kind,
-            # Who cannot write says why where it would be chosen, and nowhere else.
+            # A writer that is not available says why in the menu, and nowhere else.
             "label": f"{offer.name}: {offer.problem}" if offer.problem else offer.name,
             "disabled": offer.problem is not None,
         }
@@ -130,13 +131,13 @@ def _writer_choice() -> html.Div:
             dmc.Select(
                 id="report-writer",
                 data=choice,
-                value="template",
+                value=choice[0]["value"],
                 size="xs",
                 allowDeselect=False,
                 comboboxProps={"width": 300, "position": "bottom-end"},
-                **attributes(aria_label="Who writes the report"),
+                **attributes(aria_label="Writer of the report"),
             ),
-            dmc.Button("Write anew", id="report-write", size="xs", variant="default"),
+            dmc.Button("Rewrite", id="report-write", size="xs", variant="default"),
             dmc.Button("Stop", id="report-stop", size="xs", variant="default"),
         ],
         className="report-tools report-choice",
@@ -144,7 +145,7 @@ def _writer_choice() -> html.Div:
 
 
 def _files(run_id: str) -> html.P:
-    links: list[Any] = ["Take it away as "]
+    links: list[Any] = ["Download as "]
     for kind, name in FILES.items():
         links += [html.A(name, href=f"/runs/{run_id}/report.{kind}", download=""), ", "]
     return html.P([*links[:-1], "."], className="note report-tools")

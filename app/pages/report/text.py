@@ -1,7 +1,7 @@
-"""A checked report as it stands on the page: every sentence with its verdict and what it cites.
+"""A report as components of the page: every sentence with its verdict and what it cites.
 
-``assets/report.js`` listens to the sentences that cite channels or a time: a click, or Enter, moves
-the cursor of the tiles there and lights the channels.
+``assets/web/report.js`` listens to the sentences that cite channels or a time: a click, or Enter,
+moves the cursor of the tiles there and lights the channels.
 """
 
 from collections.abc import Sequence
@@ -22,10 +22,18 @@ from core.report.template.cross_check import TABLE_HEAD
 
 MARKS: dict[str, tuple[str, str, str]] = {
     "supported": ("✓", "supported", "Agrees with the evidence and the FMEA knowledge"),
-    "unsupported": ("?", "unsupported, struck", "Nothing in evidence or FMEA knowledge says so"),
-    "contradicted": ("✗", "contradicted, struck", "Evidence or FMEA knowledge speaks against it"),
+    "unsupported": (
+        "?",
+        "unsupported, struck",
+        "Supported by neither evidence nor FMEA knowledge",
+    ),
+    "contradicted": (
+        "✗",
+        "contradicted, struck",
+        "Contradicted by evidence or FMEA knowledge",
+    ),
 }
-"""What stands behind a sentence, how it is read out, and its help; nothing if it claims nothing."""
+"""The mark after a sentence, how it is read out, and its help; none if it claims nothing."""
 
 _STYLES = {"strong": html.Strong, "em": html.Em, "code": html.Code}
 
@@ -175,7 +183,7 @@ def _behaviour(item: GroundedSentence) -> dict[str, Any]:
 
 
 def _reach_first(parts: Any) -> bool:
-    """Let Tab reach the first sentence that can be clicked; the arrow keys go on from there."""
+    """Let Tab reach the first sentence that can be clicked; arrow keys move from there."""
     if isinstance(parts, list):
         return any(_reach_first(part) for part in parts)
     if getattr(parts, "role", None) == "button":

@@ -1,6 +1,6 @@
-"""A diagnosis opened for writing: candidates held against the evidence, and how sure to sound.
+"""The case of a report: a diagnosis with its candidates compared with the evidence.
 
-Every writer of reports starts from a `Case`, so that all of them argue from the same facts.
+Every writer starts from a `Case`, so that all of them argue from the same facts.
 """
 
 import math
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from core.channels import CHANNEL_INDEX
+from core.cylinders import mate
 from core.diagnosis.diagnosis import Diagnosis, Evidence
 from core.errors import InputError
 from core.knowledge.knowledge import ModeKnowledge, knowledge
@@ -26,12 +27,13 @@ CLOSE_MARGIN = 0.2
 
 LIKELY = 0.895
 UNLIKELY = 0.5
-"""Probabilities at which confidence can be high (prints as 90 %), and below which it is low."""
+"""Probabilities from which confidence can be high, and below which it is low."""
 
 MIN_LATER_WINDOWS = 6
 MIN_LATER_SHARE = 0.1
 MAX_LATER = 2
-"""A class is said to be named later by that many windows, that share of them; so many classes."""
+"""A class counts as named later from that many windows and that share of them; at most so many
+classes."""
 
 Confidence = Literal["high", "moderate", "low"]
 
@@ -64,7 +66,7 @@ class LaterClass:
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """What a report is written from.
+    """The facts that a report is written from.
 
     ``candidates``: the most probable classes, best first. ``look_alikes``: those of the first that
     are not candidates themselves. ``hit``: the cylinder that the evidence points to, None where it
@@ -111,12 +113,12 @@ class Case:
 
     @property
     def confidence(self) -> Confidence:
-        """How sure to sound: odds, margin and evidence together.
+        """The confidence that the report states, from probability, margin and evidence.
 
         Low where the odds are even, or less than half of what the first candidate must move has
-        moved, or as many channels speak against it as for it; or it resembles nothing learnt; or
-        it is nominal and the two flights part. High takes odds of 90 %, no conflict, and that the
-        last windows do not name another class.
+        moved, or as many channels contradict it as agree; or the flight resembles none of the
+        classes; or it is nominal and the two flights part. High takes odds of 90 %, no conflict,
+        and that the last windows do not name another class.
         """
         if self.diagnosis.none_of_these or (self.top.mode.id == "nominal" and self.parts_unseen):
             return "low"
@@ -150,7 +152,7 @@ class Case:
 
     @property
     def work_order(self) -> tuple[Candidate, ...]:
-        """Whose actions to list: the first candidate's, and the one the evidence puts beside it.
+        """The candidates whose actions to list: the first, and the one that the evidence favours.
 
         Where the evidence denies a nominal verdict, looking for the next best comes instead.
         """
@@ -174,7 +176,7 @@ class Case:
             found.add(self.hit.runner_up)
         channels = {item.channel for each in self.weighed.values() for item in each.mode.channels}
         if "CHT bank" in channels:
-            found |= {cylinder + 2 if cylinder < 3 else cylinder - 2 for cylinder in set(found)}
+            found |= {mate(cylinder) for cylinder in found}
         return frozenset(found)
 
     @property

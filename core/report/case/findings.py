@@ -1,14 +1,15 @@
-"""What the evidence says about each mode: the facts that every report has to agree with.
+"""Findings: each mode compared with the evidence, a verdict a channel and a causal step.
 
-Pure functions from evidence and knowledge to verdicts, one a channel and one a causal step. The
-template writer states these verdicts; whatever else writes a report can be checked against them.
+Pure functions of evidence and knowledge. The template states these verdicts; the text of other
+writers is checked against them.
 """
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from core.channels import CHANNEL_NAMES, CYLINDERS, channel, cht_name, egt_name
+from core.channels import CHANNEL_NAMES, channel, cht_name, egt_name
+from core.cylinders import CYLINDERS
 from core.diagnosis.diagnosis import Evidence
 from core.knowledge.knowledge import ChainStep, ExpectedShift, ModeKnowledge
 
@@ -52,7 +53,7 @@ _PROBES = (tuple(map(cht_name, CYLINDERS)), tuple(map(egt_name, CYLINDERS)))
 
 @dataclass(frozen=True, slots=True)
 class ChannelCheck:
-    """One channel held against one mode. ``expected`` is None where the mode is silent on it."""
+    """One channel compared with one mode. ``expected`` is None where the mode is silent on it."""
 
     channel: str
     expected: ExpectedShift | None
@@ -102,7 +103,7 @@ class ChannelCheck:
 
 @dataclass(frozen=True, slots=True)
 class StepCheck:
-    """One causal step held against the evidence, with the channels that decide it."""
+    """One causal step compared with the evidence, with the channels that decide it."""
 
     step: ChainStep
     verdict: StepVerdict
@@ -111,7 +112,7 @@ class StepCheck:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One mode held against all the evidence, as seen from ``cylinder``.
+    """One mode compared with all the evidence, as seen from ``cylinder``.
 
     ``checks`` has every channel that the mode mentions or that moved, in log order.
     """
@@ -221,7 +222,7 @@ def examine(
     cylinder: int,
     gauge_share: float = GAUGE_SHARE,
 ) -> Finding:
-    """Hold a mode, hitting ``cylinder`` (1-4), against the evidence.
+    """Compare a mode that affects ``cylinder`` with the evidence.
 
     ``gauge_share`` is how far, as a share of its gauge, a channel may stray that should stay put.
     """
@@ -251,7 +252,7 @@ def examine(
 
 
 def _compared(checks: Sequence[ChannelCheck]) -> dict[str, ChannelCheck]:
-    """Checks of one kind of probe, judged again beside the one that follows the mode farthest."""
+    """Checks of one kind of probe, compared with the one that follows the mode farthest."""
     followers = [check for check in checks if check.must_move and check.verdict == "agrees"]
     if not followers:
         return {}

@@ -1,32 +1,22 @@
-"""How reports put numbers, channels and times into words."""
+"""Numbers, channels, cylinders and intervals as reports print them."""
 
 import re
 from collections.abc import Iterable
 
-from core.channels import CHANNEL_NAMES, CYLINDERS, channel, cht_name, egt_name
+from core.channels import CHANNEL_NAMES, channel, cht_name, egt_name, unit_label
 from core.clock import clock
+from core.cylinders import CYLINDERS, LAYOUT, bank
 from core.diagnosis.diagnosis import Evidence
 from core.knowledge.knowledge import ExpectedShift
 
-_UNIT_SYMBOLS = {"degF": "°F", "degC": "°C"}
-
-_CYLINDER_PLACES = {1: "right front", 2: "left front", 3: "right rear", 4: "left rear"}
-
 _PROBE_SETS = {
-    "CHT 1-4": tuple(map(cht_name, CYLINDERS)),
-    "EGT 1-4": tuple(map(egt_name, CYLINDERS)),
+    f"{kind} {min(CYLINDERS)}-{max(CYLINDERS)}": tuple(map(name_of, CYLINDERS))
+    for kind, name_of in (("CHT", cht_name), ("EGT", egt_name))
 }
+"""All probes of a kind, by the words that name them together."""
 
-_MARKDOWN_SPECIALS = re.compile(r"([\\`*_{}\[\]<>#|~])")
-
-
-def percent(probability: float) -> str:
-    """A probability in whole percent that never claims 0 or 100."""
-    if probability < 0.01:
-        return "under 1 %"
-    if probability > 0.99:
-        return "over 99 %"
-    return f"{100.0 * probability:.0f} %"
+_MARKDOWN_SPECIALS = re.compile(r"([\\`*_{}\[\]#|~]|<(?=[A-Za-z/!?])|>(?! \d)|^>)")
+"""What Markdown could act on; a comparison such as ``< 0.1 %`` is left as it is."""
 
 
 def sigma(value: float) -> str:
@@ -37,12 +27,12 @@ def sigma(value: float) -> str:
 
 def cylinder_name(cylinder: int) -> str:
     """``cylinder 3 (right rear)``."""
-    return f"cylinder {cylinder} ({_CYLINDER_PLACES[cylinder]})"
+    return f"cylinder {cylinder} ({LAYOUT[cylinder].name})"
 
 
 def bank_name(cylinder: int) -> str:
     """The bank that a cylinder belongs to: ``right bank (cylinders 1 and 3)``."""
-    return "right bank (cylinders 1 and 3)" if cylinder % 2 else "left bank (cylinders 2 and 4)"
+    return f"{LAYOUT[cylinder].side} bank (cylinders {' and '.join(map(str, bank(cylinder)))})"
 
 
 def with_cylinder(text: str, cylinder: int | None) -> str:
@@ -73,8 +63,7 @@ def labels(names: Iterable[str]) -> str:
 
 def unit_of(name: str) -> str:
     """The unit of a channel as printed."""
-    unit = channel(name).unit
-    return _UNIT_SYMBOLS.get(unit, unit)
+    return unit_label(channel(name).unit)
 
 
 def shift(evidence: Evidence) -> str:

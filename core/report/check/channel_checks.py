@@ -1,4 +1,4 @@
-"""Claims about sensors: is the channel logged, did it move, which way, how far, when."""
+"""Checks of claims about sensors: is the channel logged, did it move, which way, how far, when."""
 
 import re
 from collections.abc import Iterable, Iterator
@@ -26,7 +26,7 @@ _ODD: tuple[ChannelVerdict, ...] = ("conflicts", "unexplained", "missing", "fain
 
 
 def check_channels(reading: Reading, claims: Iterable[ChannelClaim]) -> Iterator[Checked]:
-    """Whether the channels named did what is said, and belong into this report at all."""
+    """Whether the named channels did what is said, and are logged at all."""
     for hit in lexicon().unlogged.finditer(reading.text):
         if not reading.names(hit[0]):
             yield Checked(False, "sensor", f"{hit[0]} is not logged", "unsupported")
@@ -206,7 +206,7 @@ def _within(quantity: Quantity, expected: ExpectedShift) -> bool:
 
 
 def times_of(item: Evidence) -> list[float]:
-    """Every time that an item of evidence tells."""
+    """Every moment that an item of evidence holds."""
     return [
         time_s
         for time_s in (item.start_s, item.end_s, item.onset_s, item.settled_s)

@@ -1,7 +1,7 @@
-"""Each sentence of a report held against the evidence and the knowledge base.
+"""The checker of free text: each sentence is compared with the evidence and the knowledge base.
 
 A sentence is supported if all that it claims can be traced, contradicted if something in it is
-false, unsupported if something in it comes from nowhere, and plain if it claims nothing. What is
+false, unsupported if something in it has no source, and plain if it claims nothing. What is
 checked: channels (logged? moved? which way? how far? when?), modes (a candidate? with that
 probability?), cylinders, numbers, and every word that is not a plain one: it has to occur in the
 knowledge of the modes that the sentence is about, so an invented part has no place to hide.
@@ -152,7 +152,7 @@ class Checker:
         return self._result(sentence, section, found, reading)
 
     def _note_subject(self, sentence: Sentence, named: Sequence[str]) -> None:
-        """Whom the coming sentences speak of: in the differential, the mode of the bullet."""
+        """Note the mode that the next sentences are about: that of the bullet they stand in."""
         if self._section.quotable == "any" and sentence.first and sentence.indent == 0:
             known = [mode for mode in named if mode in self.case.weighed]
             if known:
@@ -164,7 +164,7 @@ class Checker:
         return section.quotable == "work order" or begins
 
     def _quoted(self, text: str, section: Section) -> Checked | None:
-        """What the knowledge base says word for word, if the sentence quotes it at all."""
+        """The check of a sentence that quotes the knowledge base word for word; None for others."""
         known = quotes(self.case.hit.cylinder if self.case.hit else None)
         whole = normal(text)
         items = known.get(whole) or known.get(_unframed(whole), ())
@@ -243,7 +243,7 @@ def _verdict(found: Sequence[Checked]) -> Verdict:
 
 
 def _telling(found: Sequence[Checked]) -> list[Checked]:
-    """What decides the verdict: the failures, or else all that holds."""
+    """The claims that decide the verdict: the failures, or else all that holds."""
     return [item for item in found if not item.holds] or list(found)
 
 
@@ -270,7 +270,7 @@ def interval_of(case: Case, names: Sequence[str]) -> tuple[float | None, float |
 
 
 def _steps(case: Case, found: Sequence[Checked], reading: Reading | None) -> tuple[int, ...]:
-    """The causal steps of the verdict that a sentence states and nothing in it spoils."""
+    """The causal steps of the verdict that a sentence states, if nothing in it is false."""
     if reading is None or any(not item.holds for item in found):
         return ()
     return tuple(_stated(case, found, reading))

@@ -1,4 +1,4 @@
-"""What a sentence claims about channels: which moved, which way, how far, when; or kept still.
+"""Claims of a sentence about channels: which moved, which way, how far, when; or stayed still.
 
 A claim is measured ("CHT 3 rose by 18 °F") or expected of a mode ("oil pressure should fall").
 """
@@ -37,7 +37,7 @@ _BARE = re.compile(r"(?:\b(?:by|of|about|roughly|around|approximately|some|to)|[
 
 @dataclass(frozen=True, slots=True)
 class Predicate:
-    """What is said of channels in one breath. ``quantities`` are in their unit, in σ or bare."""
+    """One predicate of channels. ``quantities`` are in the channels' unit, in σ or without unit."""
 
     move: Move | None
     expected: bool

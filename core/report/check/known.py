@@ -1,4 +1,4 @@
-"""The knowledge base as single statements, each of which a sentence can be traced to."""
+"""The knowledge base as single sentences, to which a sentence of a report can be traced."""
 
 import re
 from collections.abc import Iterator
@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import Literal
 
-from core.channels import CYLINDERS
+from core.cylinders import CYLINDERS
 from core.knowledge.knowledge import ModeKnowledge, knowledge
 from core.knowledge.lexicon import stems, terms
 from core.report.case.wording import with_cylinder
@@ -15,7 +15,7 @@ from core.report.sentences import plain_text, sentences
 
 KnownKind = Literal["summary", "mechanism", "chain", "tell", "action", "ata", "records"]
 
-_LABEL = re.compile(r"^(?:tell|records|ata|step \d|action)\s*:?\s+", re.IGNORECASE)
+_LABEL = re.compile(r"^(?:difference|tell|records|ata|step \d|action)\s*:?\s+", re.IGNORECASE)
 _EDGE = " .,;:!?()\"'"
 
 
@@ -42,7 +42,7 @@ def normal(text: str) -> str:
 
 @cache
 def known_sentences(mode_id: str) -> tuple[KnownSentence, ...]:
-    """All statements of a mode, as the file has them ("the affected cylinder")."""
+    """All sentences of a mode, as the file has them ("the affected cylinder")."""
     return tuple(_sentences(knowledge()[mode_id]))
 
 
@@ -63,7 +63,7 @@ def _sentences(mode: ModeKnowledge) -> Iterator[KnownSentence]:
 
 @cache
 def passages(mode_id: str) -> tuple[KnownSentence, ...]:
-    """The statements of a mode with those of one step or action taken together."""
+    """The sentences of a mode, joined where they belong to one step or action."""
     found: dict[tuple[str, int, str | None], KnownSentence] = {}
     for item in known_sentences(mode_id):
         key = (item.kind, item.step, item.about)
@@ -78,7 +78,7 @@ def passages(mode_id: str) -> tuple[KnownSentence, ...]:
 
 @cache
 def quotes(cylinder: int | None) -> dict[str, tuple[KnownSentence, ...]]:
-    """Every statement of every mode by its `normal` text, with ``cylinder`` named where known."""
+    """Every sentence of every mode by its `normal` text, with ``cylinder`` named where known."""
     found: dict[str, list[KnownSentence]] = {}
     for mode_id in knowledge():
         for item in known_sentences(mode_id):

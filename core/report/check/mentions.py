@@ -1,14 +1,15 @@
-"""What a sentence mentions: channels, cylinders, modes, quantities and times, with their places.
+"""Mentions of channels, cylinders, modes, quantities and times in a text, with their positions.
 
-Reading only: nothing here knows what was measured.
+Nothing here knows what was measured.
 """
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
 
-from core.channels import CHANNEL_NAMES, CYLINDERS, channel, cht_name, egt_name
+from core.channels import CHANNEL_NAMES, cht_name, egt_name
+from core.cylinders import CYLINDERS, LAYOUT, row
+from core.errors import InputError
 from core.knowledge.lexicon import Pattern, lexicon
 
 
@@ -71,10 +72,12 @@ class TimeMention:
     end: int
 
 
-_PLACES = {"right front": 1, "left front": 2, "right rear": 3, "left rear": 4}
+_PLACES = {place.name: cylinder for cylinder, place in LAYOUT.items()}
+_DIGIT = f"[{''.join(map(str, CYLINDERS))}]"
 _DIGITS = (
-    r"[1-4](?!\d|\.\d|:\d)(?:[-–][1-4](?!\d|\.\d|:\d)|\s(?:to|through)\s[1-4](?!\d|\.\d)"
-    r"|(?:\s*,\s*(?:and\s+)?|\s+(?:and|or|&)\s+|\s*/\s*)[1-4](?!\d|\.\d|:\d|\s*(?:°|psi|rpm|gph)))*"
+    rf"{_DIGIT}(?!\d|\.\d|:\d)(?:[-–]{_DIGIT}(?!\d|\.\d|:\d)|\s(?:to|through)\s{_DIGIT}(?!\d|\.\d)"
+    rf"|(?:\s*,\s*(?:and\s+)?|\s+(?:and|or|&)\s+|\s*/\s*){_DIGIT}"
+    r"(?!\d|\.\d|:\d|\s*(?:°|psi|rpm|gph|gal)))*"
 )
 _KIND = (
     r"(?P<kind>(?:E1 )?CHTs?|(?:E1 )?EGTs?|(?:cylinder[- ])?head temperatures?|"
@@ -102,12 +105,12 @@ _WORDY_PROBES = re.compile(
     re.IGNORECASE,
 )
 _CYLINDERS = re.compile(
-    rf"\b(?:cylinders?|cyl\.?|No\.)\s*#?\s*(?P<digits>{_DIGITS})(?!\d)|#(?P<hash>[1-4])\b",
+    rf"\b(?:cylinders?|cyl\.?|No\.)\s*#?\s*(?P<digits>{_DIGITS})(?!\d)|#(?P<hash>{_DIGIT})\b",
     re.IGNORECASE,
 )
 _PLACE = re.compile(rf"\b(?:{'|'.join(_PLACES)})\b", re.IGNORECASE)
 
-_OTHER_CHANNELS: dict[str, str] = {
+CHANNEL_WORDS: dict[str, str] = {
     "volt1": r"main bus(?: voltage)?|volt1",
     "volt2": r"essential bus(?: voltage)?|volt2",
     "amp2": r"standby battery current|amp2",
@@ -124,13 +127,15 @@ _OTHER_CHANNELS: dict[str, str] = {
     "NormAc": r"NormAc|normal acceleration|load factor",
     "AltMSL": r"AltMSL|altitude(?! hold)",
 }
+"""How a text names each channel but the temperature probes, which are named by cylinder."""
+
 
 _UNITS: dict[str, str] = {
     "degF": r"°\s?F|deg\.?\s?F|degrees?(?: F(?:ahrenheit)?)?|F\b",
     "degC": r"°\s?C|deg\.?\s?C|C\b",
     "psi": r"psi",
     "rpm": r"rpm",
-    "gph": r"gph|gallons per hour",
+    "gph": r"gph|gal/h|gallons per hour",
     "kt": r"kts?\b|knots?|KIAS",
     "fpm": r"fpm|ft/min|feet per minute",
     "ft": r"ft\b|feet",
@@ -152,24 +157,35 @@ _QUANTITY = re.compile(
     rf"(?P<high_sign>[+\-−])?(?P<high>{_NUMBER}))?(?![\d:])(?:\s?-?(?:{_UNIT}))?",
     re.IGNORECASE,
 )
-_CLOCK = re.compile(r"(?<![\d:])(?P<minutes>\d{1,3}):(?P<seconds>[0-5]\d)(?![\d:])")
+_CLOCK = re.compile(
+    r"(?<![\d:])(?:(?P<hours>\d):)?(?P<minutes>\d{1,3}):(?P<seconds>[0-5]\d)(?!\d|:\d)"
+)
 
 
-@cache
-def _channel_patterns() -> tuple[tuple[str, Pattern], ...]:
-    missing = set(CHANNEL_NAMES) - set(_OTHER_CHANNELS)
-    probes = {name(cylinder) for name in (cht_name, egt_name) for cylinder in CYLINDERS}
-    if missing != probes:
-        raise AssertionError(f"no words for {sorted(missing ^ probes)}")
+def channel_patterns(words: Mapping[str, str]) -> tuple[tuple[str, Pattern], ...]:
+    """The pattern of each channel, from `CHANNEL_WORDS`.
+
+    Raises `InputError` unless words and probes are together all channels.
+    """
+    probes = {name_of(cylinder) for name_of in (cht_name, egt_name) for cylinder in CYLINDERS}
+    needed = set(CHANNEL_NAMES) - probes
+    if missing := sorted(needed - words.keys()):
+        raise InputError("CHANNEL_WORDS", f"has no words for {', '.join(missing)}")
+    if unknown := sorted(words.keys() - needed):
+        raise InputError("CHANNEL_WORDS", f"has words for {', '.join(unknown)}: no such channel")
     return tuple(
         (name, re.compile(rf"(?<![\w-])(?:{pattern})(?![\w])", re.IGNORECASE))
-        for name, pattern in _OTHER_CHANNELS.items()
+        for name, pattern in words.items()
     )
+
+
+_CHANNEL_PATTERNS = channel_patterns(CHANNEL_WORDS)
+"""Made at import, so that a channel without words stops the program and not a report."""
 
 
 def cylinders_of(digits: str) -> tuple[int, ...]:
     """``"1-4"``, ``"1, 3 and 4"`` or ``"2"`` as cylinders."""
-    found = [int(digit) for digit in re.findall(r"[1-4]", digits)]
+    found = [int(digit) for digit in re.findall(_DIGIT, digits)]
     if len(found) == 2 and re.search(r"[-–]|to|through", digits):
         return tuple(range(found[0], found[1] + 1))
     return tuple(dict.fromkeys(found))
@@ -198,7 +214,7 @@ def _numbered_probes(text: str) -> Iterator[ChannelMention]:
 
 
 def _other_channels(text: str) -> Iterator[ChannelMention]:
-    for name, pattern in _channel_patterns():
+    for name, pattern in _CHANNEL_PATTERNS:
         for hit in pattern.finditer(text):
             yield ChannelMention((name,), True, hit.start(), hit.end())
 
@@ -207,7 +223,7 @@ def _unnumbered_probes(text: str) -> Iterator[ChannelMention]:
     for pattern in (_UNNUMBERED, _WORDY_PROBES):
         for hit in pattern.finditer(text):
             lead = text[hit.start() : hit.start("kind")].lower()
-            cylinders = (1, 2) if "front" in lead else (3, 4) if "rear" in lead else CYLINDERS
+            cylinders = next((row(name) for name in ("front", "rear") if name in lead), CYLINDERS)
             exact = bool(re.search(r"\b(?:all|every|each|four|front|rear)\b", lead))
             exact = exact and "other" not in lead
             yield ChannelMention(
@@ -282,16 +298,13 @@ def _number(digits: str, sign: str | None) -> float:
 
 
 def time_mentions(text: str) -> list[TimeMention]:
-    """Times of flight written as mm:ss. Seconds are read as quantities: they may be durations."""
-    return [
-        TimeMention(60.0 * int(hit["minutes"]) + int(hit["seconds"]), 1.0, hit.start(), hit.end())
-        for hit in _CLOCK.finditer(text)
-    ]
+    """Times of flight written as by `core.clock.clock`; seconds alone are quantities."""
+    return [_time(hit) for hit in _CLOCK.finditer(text)]
 
 
-def unit_of_channel(name: str) -> str:
-    """The unit of a channel as `Quantity` writes it."""
-    return channel(name).unit
+def _time(hit: re.Match[str]) -> TimeMention:
+    minutes = 60 * int(hit["hours"] or 0) + int(hit["minutes"])
+    return TimeMention(60.0 * minutes + int(hit["seconds"]), 1.0, hit.start(), hit.end())
 
 
 def _inside(

@@ -1,10 +1,10 @@
-"""How good a report is, in the four measures of the paper's section 6.7, computed by code.
+"""The four measures of a report (paper section 6.7).
 
-The paper names them and gives results (Table 6), but no formulas; these are ours, over the
-sentences as `core.report.check.checker` judged them:
+The paper names them and gives results (Table 6), but no formulas. These are computed over the
+sentences of a report, checked or vouched for:
 
 - CCC, causal chain coverage: the share of the causal steps of the verdict that the report states,
-  quoted or with at least half of a step's telling words, in sentences in which nothing is false.
+  quoted or with at least half of a step's technical words, in sentences in which nothing is false.
 - SEC, sensor evidence consistency: of all that is claimed about sensors (moved, which way, how far,
   when, kept still, expected of a mode), the share that agrees with evidence and knowledge. A report
   that claims nothing although channels moved has none.

@@ -1,4 +1,4 @@
-"""A sentence as read, in the light of its case, and what came of one check of it."""
+"""A sentence as read in the context of its case, and the result of one check of it."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -79,7 +79,7 @@ class Reading:
         return self._words[0]
 
     def covers(self, text: str) -> bool:
-        """Whether the sentence tells a statement in its own words."""
+        """Whether the sentence states a sentence of the knowledge base in its own words."""
         telling = terms(text)
         return bool(telling) and is_covered(telling, self.stems)
 

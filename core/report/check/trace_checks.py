@@ -1,4 +1,4 @@
-"""Claims that have to be traced: numbers and words have to come from somewhere."""
+"""Checks that every number and every technical word of a sentence has a source."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -46,7 +46,7 @@ def check_numbers(reading: Reading, claims: Sequence[ChannelClaim]) -> Iterator[
         elif item.unit in ("s", "min") and _is_time(reading, item):
             yield Checked(True, "sensor", "a time of this flight")
         else:
-            yield Checked(False, "knowledge", f"{said} comes from nowhere", "unsupported")
+            yield Checked(False, "knowledge", f"{said} has no source", "unsupported")
 
 
 def _ratings(reading: Reading) -> Iterator[tuple[Checked, list[tuple[int, int]]]]:
@@ -114,7 +114,7 @@ def _is_time(reading: Reading, item: Quantity) -> bool:
 
 
 def check_terms(reading: Reading, *, traced: bool) -> Iterator[Checked]:
-    """Whether the telling words are those of the modes in question, and of one statement."""
+    """Whether the technical words are those of the modes in question, and of one passage."""
     said = terms(_without(reading).replace(reading.case.diagnosis.model, ""))
     if not said:
         return

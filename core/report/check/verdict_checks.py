@@ -1,12 +1,12 @@
-"""Claims about the verdict: which mode, how probable, at which cylinder."""
+"""Checks of claims about the verdict: which mode, how probable, at which cylinder."""
 
 import re
 from collections.abc import Iterator
 
 from core.knowledge.lexicon import lexicon
-from core.report.case.wording import percent
 from core.report.check.mentions import Quantity
 from core.report.check.reading import Checked, Reading, is_known
+from core.units import percent
 
 _MEASURE_WORD = re.compile(
     r"\b(?:probabilit\w+|confidence|likelihood|classifier|gives|certain\w*|chance)\b", re.IGNORECASE

@@ -5,14 +5,15 @@ the checker of free text agrees with every statement is a test.
 """
 
 from collections.abc import Iterator
+from functools import lru_cache
 
 from core.report.case.case import Case
 from core.report.case.findings import strongest
-from core.report.case.wording import percent
 from core.report.check.channel_checks import fact
 from core.report.check.checker import CheckedSentence, interval_of
 from core.report.check.mentions import channel_mentions
 from core.report.statement import Statement
+from core.units import percent
 
 MAX_FACTS = 4
 """How many channels a reason names."""
@@ -53,10 +54,16 @@ def _cited(case: Case, statement: Statement) -> tuple[str, ...]:
     """The channels of a statement that moved, or all of them where none did."""
     names = statement.channels
     if statement.rests_on == ("knowledge",) and not names and statement.kind != "step":
-        mentions = channel_mentions(statement.text)
-        return tuple(dict.fromkeys(name for mention in mentions for name in mention.channels))
+        return _named(statement.text)
     moved = strongest(case.evidence)
     return tuple(dict.fromkeys([name for name in names if name in moved] or names))
+
+
+@lru_cache(4096)
+def _named(text: str) -> tuple[str, ...]:
+    """The channels that a sentence of the knowledge base names; there are few such sentences."""
+    mentions = channel_mentions(text)
+    return tuple(dict.fromkeys(name for mention in mentions for name in mention.channels))
 
 
 def _reasons(case: Case, statement: Statement, cited: tuple[str, ...]) -> Iterator[str]:

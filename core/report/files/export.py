@@ -1,4 +1,4 @@
-"""A report to take away: Markdown, or one HTML file with its plots that needs no network.
+"""Reports for download: Markdown, or one HTML file with its plots that needs no network.
 
 Both name the run, the models and versions behind it, and say that the flight was simulated.
 """
@@ -58,9 +58,9 @@ th, td { border-bottom: 1px solid #d8dee4; padding: 0.25rem 0.5rem; text-align: 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Exported:
-    """What goes into a file. ``identity``: what the run is (id, plan, versions...), for people.
+    """The content of a file. ``identity``: what the run is (id, plan, versions...), for people.
 
-    ``outcome``: what was injected beside the diagnosis, None where that is not known.
+    ``outcome``: the injected fault and the diagnosis, None where the fault is not known.
     """
 
     identity: Mapping[str, str]
@@ -210,7 +210,7 @@ def evidence_figure(pair: Pair, diagnosis: Diagnosis) -> go.Figure:
             figure.add_scatter(
                 x=time_s, y=values, name=name, line=line, showlegend=row == 1, row=row, col=1
             )
-        # Opaque: the template would thin the band out until nobody sees it.
+        # Opaque: the template would make the band too pale to see.
         figure.add_vrect(
             x0=item.start_s, x1=item.end_s, fillcolor=_BAND, opacity=1.0, line_width=0,
             layer="below", row=row, col=1,

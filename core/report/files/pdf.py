@@ -1,6 +1,6 @@
 """A report as PDF, set by Typst: one wheel with compiler and fonts, no system package.
 
-The text goes in as data and is never read as Typst's markup, whoever wrote it; the page is designed
+The text is data and is never read as Typst markup, whichever writer wrote it; the page is designed
 in ``assets/data/report/report.typ``.
 """
 

@@ -5,8 +5,9 @@ from collections.abc import Iterator
 from core.clock import clock
 from core.knowledge.knowledge import ModeKnowledge
 from core.report.case.case import Case
-from core.report.case.wording import bank_name, cylinder_name, labels, percent
+from core.report.case.wording import bank_name, cylinder_name, labels
 from core.report.statement import Basis, Statement, item, paragraph, prose, say
+from core.units import percent
 
 
 def conclusion(case: Case) -> tuple[Statement, ...]:
@@ -155,7 +156,7 @@ def onset(case: Case) -> Statement:
     onset_s, in_field = case.diagnosis.onset_s, case.diagnosis.conditions == "field"
     if onset_s is None:
         text = (
-            "No onset: nothing left what healthy flights do."
+            "No onset: nothing left the range of healthy flights."
             if in_field
             else "No onset: the two flights did not part."
         )

@@ -20,8 +20,8 @@ def cross_check(case: Case) -> tuple[Statement, ...]:
         return (*paragraph(none), *_absences(case))
     lead = (
         "Shift from the healthy mirror at the end of each interval, in the order in which "
-        f"the channels left it, against {case.top.finding.mode.name}. Predicted are settled "
-        "amounts."
+        f"the channels left it, compared with {case.top.finding.mode.name}. Predictions are "
+        "settled values."
     )
     return (
         *paragraph(*prose("introduction", lead)),

@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 from core.knowledge.knowledge import LookAlike, resolve
 from core.report.case.case import Candidate, Case
 from core.report.case.findings import ChannelCheck, Finding, strongest
-from core.report.case.wording import expectation, labels, moves, percent
+from core.report.case.wording import expectation, labels, moves
 from core.report.statement import Basis, Statement, item, prose, say
+from core.units import percent
 
 MAX_LISTED = 3
 """How many shifts a clause names, and clauses a line, before the rest is only counted."""
@@ -34,13 +35,13 @@ def weigh(case: Case, rival: Candidate) -> Iterator[Statement]:
     yield from item("-", say("rival", odds, strong=name, rests_on=("verdict",), mode=rival.mode.id))
     for words, clauses, none in (
         ("For", _for(rival), "nothing in the evidence"),
-        ("Against", _against(rival), "nothing in the evidence; only the odds put it behind"),
+        ("Against", _against(rival), "nothing in the evidence; only its probability is lower"),
     ):
         yield from _below(rival, _weighed(words, clauses, none))
     for pair in _tells(case, rival):
         yield from _below(
             rival,
-            *prose("rival", f"Tell: {pair.tell}", rests_on=("knowledge",)),
+            *prose("rival", f"Difference: {pair.tell}", rests_on=("knowledge",)),
             _readings(case, pair.channels),
         )
 
@@ -119,7 +120,7 @@ def _listed(checks: Iterable[ChannelCheck]) -> str:
 
 
 def _tells(case: Case, rival: Candidate) -> list[LookAlike]:
-    """What sets the rival apart from the first candidate."""
+    """The differences between the rival and the first candidate."""
     top = case.top.mode
     return [pair for pair in top.look_alikes if pair.mode == rival.mode.id] or [
         pair for pair in rival.mode.look_alikes if pair.mode == top.id
@@ -127,7 +128,7 @@ def _tells(case: Case, rival: Candidate) -> list[LookAlike]:
 
 
 def _readings(case: Case, channels: Iterable[str]) -> Statement:
-    """What the channels of a tell showed in this flight."""
+    """The shifts of these channels in this flight."""
     cylinder = case.top.finding.cylinder
     names = [name for each in channels for name in resolve(each, cylinder)]
     seen = strongest(case.evidence)

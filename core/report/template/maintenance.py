@@ -21,7 +21,7 @@ def _maintenance(case: Case) -> Iterator[Statement]:
     done = 0
     for candidate in order:
         if len(order) > 1 or case.doubts_nominal:
-            lead = "If that settles nothing, for" if done else "For"
+            lead = "If that does not resolve it, for" if done else "For"
             yield from paragraph(
                 say("introduction", f"{lead} {candidate.mode.name}:", mode=candidate.mode.id)
             )
@@ -32,7 +32,7 @@ def _maintenance(case: Case) -> Iterator[Statement]:
             )
             yield from item(f"{done}.", *what)
     yield from _caution(
-        "The makers' current manuals and airworthiness directives come before this text."
+        "Manufacturer's manuals and airworthiness directives take precedence over this report."
     )
 
 

@@ -1,7 +1,7 @@
-"""Replies held to a shape: a JSON schema where an endpoint takes one, read back while it streams.
+"""The JSON schema of a reply, and a reader of its sentences while they stream.
 
-Held to a list of short sentences, a model cannot write headings, tables or preambles that would
-only be struck. An endpoint that knows no schemas answers in plain text, which is read as it is.
+A model that is constrained to a list of short sentences cannot write headings, tables or preambles,
+which would be struck. An endpoint without schemas answers in plain text, which is read as it is.
 """
 
 import json
@@ -24,7 +24,7 @@ RESPONSE_FORMAT: dict[str, Any] = {
 
 
 class SentenceReader:
-    r"""Takes a reply in pieces of any size and gives its text: of JSON the sentences, else itself.
+    r"""Reader of a reply in pieces of any size: of JSON it gives the sentences, else the text.
 
     >>> reader = SentenceReader()
     >>> [reader.push(piece) for piece in ('{"sentences": ["CHT 3 ro', 'se.", "It \\u0066ell."]}')]

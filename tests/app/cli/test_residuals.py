@@ -29,7 +29,7 @@ def test_the_surrogate_needs_no_mirror_and_not_what_was_injected(mirrortwin, tmp
     assert "plan: the surrogate has to know what was commanded" in blind.stderr
 
 
-def test_a_flight_is_diagnosed_by_the_model_of_its_conditions_unless_told_otherwise(mirrortwin):
+def test_a_flight_is_diagnosed_by_the_model_of_its_conditions_unless_paraphrases(mirrortwin):
     short = ("--duration", "60", "--conditions", "field", "--out", "OUT")
     assert mirrortwin("simulate", *FAULT, *short).returncode == 0
     told = mirrortwin("diagnose", "OUT")

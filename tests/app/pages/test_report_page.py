@@ -1,5 +1,6 @@
 """The report as the page shows it, and the jobs that write one anew, without a browser."""
 
+import argparse
 import asyncio
 import json
 from collections.abc import Iterator
@@ -11,6 +12,7 @@ from dash._utils import to_json
 from hostile import chat_server, hangs_in_the_middle, refuses_the_key, says
 from report_samples import diagnosis, evidence
 
+from app.cli.report import configure
 from app.kit.nodes import Node
 from app.pages.report.panel import report_panel, watched, whole_report
 from app.pages.report.text import report_text
@@ -22,7 +24,7 @@ from core.report.check.metrics import CHECKED, HOW_CHECKED
 from core.report.grounded import Done, GroundedReport, grounded_template, write_grounded
 from core.report.sections import SECTION_TITLES
 from core.report.write.endpoint import MODEL, URL, Endpoint
-from core.report.write.offers import offers
+from core.report.write.offers import WRITERS, offers
 from core.report.write.writers import ModelWriter
 from core.store.store import RunStore
 from core.twin.plan import Plan
@@ -105,6 +107,17 @@ def test_the_report_begins_with_its_text_and_ends_with_how_it_was_checked() -> N
     assert helps == {"Agrees with the evidence and the FMEA knowledge"}
 
 
+def test_menu_and_command_line_offer_every_writer_of_the_registry() -> None:
+    (choice,) = parts(plain([report_panel()]), "Select")
+    parser = argparse.ArgumentParser()
+    configure(parser)
+    kinds = [row.kind for row in WRITERS]
+    assert [each["value"] for each in choice["data"]] == kinds
+    assert [parser.parse_args(["r", "--writer", kind]).writer for kind in kinds] == kinds
+    assert parser.parse_args(["r"]).writer == choice["value"] == kinds[0]
+    assert all(row.help.split("\n")[0] in str(parser.epilog) for row in WRITERS)
+
+
 def test_a_writer_that_cannot_write_says_why_in_the_menu(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv(URL, raising=False)
     panel = plain([report_panel()])
@@ -130,7 +143,7 @@ def outcome(
     async def scenario() -> Job:
         desk = ReportDesk(store)
         desk.begin(run_id, "model", question)
-        with pytest.raises(MirrorTwinError, match="still writes"):
+        with pytest.raises(MirrorTwinError, match="still writing"):
             desk.begin(run_id, "template")
         async with asyncio.timeout(30):
             async for job in desk.watch(run_id, 60.0):
@@ -180,7 +193,7 @@ def test_a_stopped_or_refused_writer_leaves_a_whole_report(
         job = outcome(store, run_id)
     assert job.outcome is not None
     assert job.outcome.final.ccc == 1.0
-    assert "refused our key" in to_json(watched(job, TEMPLATE)[0])
+    assert "rejected the API key" in to_json(watched(job, TEMPLATE)[0])
 
 
 def test_who_cannot_write_says_why(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -23,7 +23,7 @@ def test_an_injected_fault_stays_unknown() -> None:
 def test_the_report_of_a_repaired_flight_is_of_the_flight_before() -> None:
     """ux.md D4: after the repair it was called cylinder compression, and no word of the repair."""
     result = fly_run("a", Plan(duration_s=240.0), Fault("nominal"), lambda event: None, ACTIONS)
-    diagnosis, text = result.diagnosis, result.report.report.markdown
+    diagnosis, text = result.diagnosis, result.report.markdown
     assert diagnosis.top == "engine_failure"
     assert diagnosis.judged_until_s == 110.0
     assert max(item.end_s for item in diagnosis.evidence) <= 110.0

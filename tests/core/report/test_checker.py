@@ -3,7 +3,7 @@
 import random
 
 import pytest
-from planted import KINDS, Line, as_sentence, plant, told_by_template, told_otherwise
+from planted import KINDS, Line, as_sentence, paraphrases, plant, template_lines
 from report_samples import diagnosis, evidence, ideal_evidence, rechecked
 from report_samples import section as section_of
 
@@ -121,9 +121,7 @@ def corpus(flown: list[Diagnosis]) -> list[tuple[Case, Line]]:
     rng = random.Random(11)
     cases = [open_case(given) for given in flown]
     return [
-        (case, line)
-        for case in cases
-        for line in (*told_by_template(case), *told_otherwise(case, rng))
+        (case, line) for case in cases for line in (*template_lines(case), *paraphrases(case, rng))
     ]
 
 
@@ -135,9 +133,9 @@ def test_at_most_2_percent_of_true_sentences_are_struck(flown: list[Diagnosis]) 
         case = open_case(given)
         results = rechecked(case)
         checker = Checker(case)
-        told = told_otherwise(case, rng)
+        others = paraphrases(case, rng)
         results += [
-            checker.check(as_sentence(line, line.text), section_of(line.section)) for line in told
+            checker.check(as_sentence(line, line.text), section_of(line.section)) for line in others
         ]
         total += len(results)
         struck += [(item.text, item.reasons) for item in results if item.struck]

@@ -28,7 +28,7 @@ def test_the_worst_writer_leaves_a_true_and_complete_report() -> None:
     with local_model() as endpoint:
         *events, done = write_grounded(CASE, ModelWriter(endpoint))
         stranger = Endpoint(endpoint.url, endpoint.model, "guessed", endpoint.limits)
-        with pytest.raises(WriterError, match="refused our key"):
+        with pytest.raises(WriterError, match="rejected the API key"):
             list(stranger.stream([{"role": "user", "content": "hello"}], 5))
     assert isinstance(done, Done)
     report = done.report

@@ -17,9 +17,10 @@ from core.errors import InputError
 from core.fmea.catalogue import class_ids
 from core.knowledge.knowledge import knowledge
 from core.report.case.case import open_case
-from core.report.case.wording import interval, label, percent, shift, sigma, with_cylinder
+from core.report.case.wording import interval, label, shift, sigma, with_cylinder
 from core.report.grounded import GroundedReport, grounded_template
 from core.report.sections import SECTION_TITLES
+from core.units import percent
 
 FAULTS = [mode for mode in class_ids() if mode != "nominal"]
 NUMBER = re.compile(r"\d+(?:\.\d+)?(?:e-?\d+)?")
@@ -39,12 +40,12 @@ def known_numbers(given: Diagnosis) -> set[str]:
     """Every number that the diagnosis or the knowledge base can account for."""
     texts = [given.model]
     for mode in knowledge().values():
-        told = [mode.summary, mode.mechanism, mode.ata, mode.records, *mode.actions]
-        told += [step.text for step in mode.chain] + [item.tell for item in mode.look_alikes]
-        told += [f"{abs(item.low):g} {abs(item.high):g}" for item in mode.channels]
-        told += [f"{mode.severity} {mode.occurrence} {mode.detection} {mode.rpn}"]
-        told += [percent(share) for share in mode.cylinder_share]
-        texts += told
+        known = [mode.summary, mode.mechanism, mode.ata, mode.records, *mode.actions]
+        known += [step.text for step in mode.chain] + [item.tell for item in mode.look_alikes]
+        known += [f"{abs(item.low):g} {abs(item.high):g}" for item in mode.channels]
+        known += [f"{mode.severity} {mode.occurrence} {mode.detection} {mode.rpn}"]
+        known += [percent(share) for share in mode.cylinder_share]
+        texts += known
     for item in given.evidence:
         texts += [shift(item), sigma(item.sigma), interval(item), clock(item.onset_s)]
     texts += [clock(float(end)) for end in given.time_s]
@@ -66,7 +67,7 @@ def test_any_diagnosis_gives_five_sections_of_plain_markdown(given: Diagnosis) -
     assert [line for line in report.markdown.splitlines() if line.startswith("#")] == [
         f"## {title}" for title in SECTION_TITLES
     ]
-    assert not re.search(r"(?<!\\)<", report.markdown)
+    assert not re.search(r"(?<!\\)<(?! \d)", report.markdown)
     assert GroundedReport.from_dict(json.loads(json.dumps(report.to_dict()))) == report
 
 
@@ -91,7 +92,7 @@ def test_every_item_of_evidence_is_cross_checked(given: Diagnosis) -> None:
 def test_the_candidates_are_weighed_in_order(given: Diagnosis) -> None:
     text = section_texts(write_report(given))
     names = [knowledge()[mode].name for mode, _ in given.ranked(3)]
-    listed = re.findall(r"^\d\. (.+): (?:under |over )?\d+ %$", text["Conclusion"], re.MULTILINE)
+    listed = re.findall(r"^\d\. (.+): [<>]? ?\d+\.\d %$", text["Conclusion"], re.MULTILINE)
     assert listed == names
     rivals = re.findall(r"^- \*\*(.+)\*\* \(", text["Differential diagnosis"], re.MULTILINE)
     assert rivals[:2] == names[1:]
@@ -171,7 +172,7 @@ def test_a_verdict_without_evidence_is_hedged() -> None:
     text = section_texts(write_report(diagnosis({"baffle_screw": 0.99}, onset_s=None)))
     assert "nothing measured supports this verdict" in text["Conclusion"]
     assert "**Confidence: low.**" in text["Conclusion"]
-    assert "records favour cylinder 3 (right rear) with 83 %" in text["Conclusion"]
+    assert "records favour cylinder 3 (right rear) with 83.0 %" in text["Conclusion"]
     assert "No onset" in text["Conclusion"]
     assert "No channel left its noise" in text["Evidence cross-check"]
     assert "the affected cylinder" in text["Maintenance"]

@@ -10,7 +10,6 @@ from core.report.case.wording import (
     expectation,
     labels,
     moves,
-    percent,
     plain,
     shift,
     sigma,
@@ -26,14 +25,6 @@ def test_clock(time_s: float, text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("probability", "text"),
-    [(0.0, "under 1 %"), (0.0099, "under 1 %"), (0.01, "1 %"), (0.905, "90 %"), (1.0, "over 99 %")],
-)
-def test_percent_claims_neither_0_nor_100(probability: float, text: str) -> None:
-    assert percent(probability) == text
-
-
-@pytest.mark.parametrize(
     ("value", "text"), [(1.04, "1.0 σ"), (-3.46, "3.5 σ"), (9.96, "10 σ"), (296.7, "297 σ")]
 )
 def test_sigma(value: float, text: str) -> None:
@@ -46,7 +37,7 @@ def test_sigma(value: float, text: str) -> None:
         ("E1 CHT3", 18.34, "+18.3 °F"),
         ("E1 EGT2", -0.3, "-0.3 °F"),
         ("E1 OilT", 0.043, "+0.04 °F"),
-        ("E1 FFlow", -5.589, "-5.59 gph"),
+        ("E1 FFlow", -5.589, "-5.59 gal/h"),
         ("OAT", 1.2, "+1.2 °C"),
         ("AltMSL", -572.2, "-572 ft"),
     ],
@@ -97,6 +88,11 @@ def test_the_cylinder_is_named_only_where_it_is_known() -> None:
 
 def test_plain_text_cannot_become_markup() -> None:
     assert plain("a\n# b  <i> *c* [d](e)") == r"a \# b \<i\> \*c\* \[d\](e)"
+
+
+def test_a_comparison_is_no_markup() -> None:
+    assert plain("(< 0.1 %) and > 99.9 %") == "(< 0.1 %) and > 99.9 %"
+    assert plain("> 5") == r"\> 5"
 
 
 def test_every_unit_is_printed_as_people_write_it() -> None:
