@@ -105,7 +105,7 @@ def test_axes_cursor_and_zoom_count_from_the_start_of_the_flight(
     assert line["x"] == pytest.approx(area["x"] + area["width"] / 2, abs=2)
     # The strip is of bins of 2 s, and Plotly names the middle of one.
     expect(page.locator("#residual-strip .hoverlayer")).to_contain_text(
-        re.compile(r"at 02:(29|31)\.0")
+        re.compile(r"at 2:(29|31)\.0")
     )
     page.keyboard.press("a")
     expect(page.locator("#between")).to_have_text("A 2:30")
@@ -125,7 +125,7 @@ def test_axes_cursor_and_zoom_count_from_the_start_of_the_flight(
     for chart in CHARTS:
         expect(page.locator(f"{chart} .xtick text").first).to_have_text("1:00")
         shown = ticks(page, chart)
-        assert len(shown) > 3 and all(re.fullmatch(r"0[12]:\d\d", text) for text in shown), shown
+        assert len(shown) > 3 and all(re.fullmatch(r"[12]:\d\d", text) for text in shown), shown
 
     # And the other way round: a chart follows a zoom by key.
     page.keyboard.press("0")

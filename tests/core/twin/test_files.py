@@ -11,7 +11,6 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from core import files
 from core.channels import CHANNELS
 from core.errors import StoreError
 from core.files import check_seal, has_its_sum, read_json, sealed, whole_file, write_json, write_sum
