@@ -100,7 +100,7 @@ def test_pulse_recovers() -> None:
     [
         ({"kind": "magic"}, "unknown law 'magic'"),
         ({"kind": "linear"}, "duration_s"),
-        ({"kind": "linear", "duration_s": 1.0, "speed": 2.0}, "is no parameter of linear"),
+        ({"kind": "linear", "duration_s": 1.0, "speed": 2.0}, "is not a parameter of linear"),
     ],
 )
 def test_bad_law_is_named(table: dict[str, object], message: str) -> None:
