@@ -2,8 +2,8 @@
 #
 #   make serve            the app on http://127.0.0.1:8050   (HOST=, PORT=, PYTHON= to change)
 #   make test             every test                          (ARGS="-m 'not slow'" for pytest)
-#   make check            ruff, mypy --strict, biome and tsc for the scripts, then the tests
 #   make check            ruff, mypy --strict, then the tests
+#   make clean            forget the virtual environment and the caches
 
 SHELL := /bin/bash
 .DELETE_ON_ERROR:

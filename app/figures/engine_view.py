@@ -4,13 +4,13 @@ A flat four seen from above, two bars on each cylinder, EGT above CHT, and gauge
 page holds the samples, so ``fly/engine.js`` draws it all; here is what it draws, and where.
 """
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 from dash import html
 
 from app.kit.attributes import attributes
-from core.channels import Channel, cht_name, egt_name
+from core.channels import CHANNELS, CYLINDERS, Channel, cht_name, egt_name
 from core.cylinders import LAYOUT
 
 
@@ -27,31 +27,38 @@ class Scale:
     low_matters: bool = True
 
 
-def _on_cylinder(cylinder: int) -> dict[str, Scale]:
-    """The gauges of a cylinder, from above."""
-    return {
-        egt_name(cylinder): Scale(600.0, 1700.0),
-        cht_name(cylinder): Scale(100.0, 540.0, low_matters=False),
-    }
-
-
 SCALES: dict[str, Scale] = {
-    **{name: scale for c in LAYOUT for name, scale in _on_cylinder(c).items()},
+    **{egt_name(cylinder): Scale(600.0, 1700.0) for cylinder in CYLINDERS},
+    **{cht_name(cylinder): Scale(100.0, 540.0, low_matters=False) for cylinder in CYLINDERS},
     "E1 RPM": Scale(500.0, 3000.0, low_matters=False),
     "E1 OilT": Scale(50.0, 270.0, low_matters=False),
     "E1 OilP": Scale(0.0, 130.0),
-    "FQtyL": Scale(0.0, 27.0),
-    "FQtyR": Scale(0.0, 27.0),
-    "E1 FFlow": Scale(0.0, 16.0, low_matters=False),
     "volt1": Scale(22.0, 34.0),
     "volt2": Scale(22.0, 34.0),
     "amp1": Scale(-40.0, 40.0),
     "amp2": Scale(-10.0, 10.0),
+    "FQtyL": Scale(0.0, 27.0),
+    "FQtyR": Scale(0.0, 27.0),
+    "E1 FFlow": Scale(0.0, 16.0, low_matters=False),
 }
-"""The gauges of the engine view, in their order. Ammeters alone have zero in the middle."""
+"""The gauges of the engine view. Ammeters are the only ones with zero in the middle."""
 
-_CYLINDER_OF = {name: cylinder for cylinder in LAYOUT for name in _on_cylinder(cylinder)}
-_ORDER = {name: order for order, name in enumerate(SCALES)}
+
+_GAUGES = {
+    name: (cylinder, kind)
+    for cylinder in LAYOUT
+    for name, kind in ((egt_name(cylinder), "EGT"), (cht_name(cylinder), "CHT"))
+}
+"""The cylinder of a gauge that stands on one, and what it measures there; from above."""
+
+_GROUPS = ("engine", "oil", "fuel", "electrical")
+
+_ORDER = list(
+    dict.fromkeys(
+        [*_GAUGES, *(c.name for group in _GROUPS for c in CHANNELS if c.subsystem == group)]
+    )
+)
+"""All gauges as the page has them."""
 
 
 def gauge_spec(channel: Channel) -> dict[str, Any] | None:
@@ -73,17 +80,16 @@ def gauge_spec(channel: Channel) -> dict[str, Any] | None:
             if end > start
         ],
         "red": [limit for limit in channel.red if limit is not None],
-        "order": _ORDER[channel.name],
+        "order": _ORDER.index(channel.name),
         **_position(channel),
     }
 
 
 def _position(channel: Channel) -> dict[str, Any]:
     """Where a gauge stands in the view."""
-    cylinder = _CYLINDER_OF.get(channel.name)
-    if cylinder is not None:
-        kind = channel.label.removesuffix(f" {cylinder}")
-        place = asdict(LAYOUT[cylinder])
+    if channel.name in _GAUGES:
+        cylinder, kind = _GAUGES[channel.name]
+        place = {"side": LAYOUT[cylinder].side, "row": LAYOUT[cylinder].row}
         return {"form": "cylinder", "title": kind, "cylinder": cylinder, "place": place}
     form = "dial" if channel.subsystem == "engine" else "bar"
     title = channel.subsystem.capitalize()

@@ -12,7 +12,7 @@ from app.figures.marks import limit_marks, named_marks, track, verdict_marks
 from app.figures.sensors import tile_specs
 from app.pages.fly.cursor_tools import UNIT_CHOICES
 from app.theme import DIVERGING
-from core.channels import CHANNELS, N_CHANNELS, channel, cht_name, egt_name
+from core.channels import CHANNELS, CYLINDERS, N_CHANNELS, channel, cht_name, egt_name
 from core.cylinders import LAYOUT
 from core.diagnosis.diagnosis import Diagnosis, Evidence
 from core.fmea.catalogue import class_ids
@@ -47,14 +47,14 @@ class TestGauges:
         assert answers("kit/gauge.js", "statusOf", calls) == [status for *_, status in readings]
 
     def test_every_cylinder_and_system_of_the_engine_has_one(self) -> None:
-        for cylinder in LAYOUT:
+        for cylinder in CYLINDERS:
             assert {egt_name(cylinder), cht_name(cylinder)} <= SCALES.keys()
         shown = {logged.name for logged in CHANNELS if logged.subsystem != "flight"}
         assert shown == SCALES.keys()
         assert gauge_spec(channel("IAS")) is None
 
     def test_each_is_drawn_where_the_engine_has_it(self) -> None:
-        specs = {name: gauge_spec(channel(name)) or {} for name in SCALES}
+        specs = {logged.name: gauge_spec(logged) or {} for logged in CHANNELS}
         for cylinder, place in LAYOUT.items():
             kinds = {egt_name(cylinder): "EGT", cht_name(cylinder): "CHT"}
             for name, kind in kinds.items():
@@ -67,8 +67,10 @@ class TestGauges:
                 assert spec["place"] == {"side": place.side, "row": place.row}
             assert specs[egt_name(cylinder)]["order"] < specs[cht_name(cylinder)]["order"]
         assert specs["E1 RPM"]["form"] == "dial"
-        beside = [spec["title"] for spec in specs.values() if spec["form"] == "bar"]
-        assert list(dict.fromkeys(beside)) == ["Oil", "Fuel", "Electrical"]
+        beside = sorted(
+            (spec["order"], spec["title"]) for spec in specs.values() if spec.get("form") == "bar"
+        )
+        assert list(dict.fromkeys(title for _, title in beside)) == ["Oil", "Fuel", "Electrical"]
 
     @pytest.mark.parametrize("name", SCALES)
     def test_bands_follow_each_other_and_the_limits_are_on_the_scale(self, name: str) -> None:

@@ -126,7 +126,9 @@ def test_runs_are_chosen_and_laid_over_each_other(
     expect(page.locator("#compare-channel-controls")).to_be_hidden()
     space = page.locator(".space")
     expect(space.locator("canvas").first).to_be_visible()
-    expect(space).to_have_attribute("aria-label", re.compile(r"Engine failure, [\d,]+ ft .* at \d+:\d\d"))
+    expect(space).to_have_attribute(
+        "aria-label", re.compile(r"Engine failure, [\d,]+ ft .* at \d+:\d\d")
+    )
     seen_from = once_changed(page, None)
     space.focus()
     page.keyboard.press("ArrowRight")
