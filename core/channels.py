@@ -10,8 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from core.cylinders import CYLINDERS as CYLINDERS
-from core.cylinders import N_CYLINDERS
+from core.cylinders import CYLINDERS, N_CYLINDERS
 from core.errors import InputError
 from core.files import read_toml
 from core.paths import DATA

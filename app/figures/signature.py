@@ -4,7 +4,8 @@ from dash import html
 
 from app.figures.chain import ARROWS, WORDS
 from app.kit.attributes import attributes
-from core.channels import CYLINDERS, channel, cht_name, egt_name, unit_label
+from core.channels import channel, cht_name, egt_name, unit_label
+from core.cylinders import CYLINDERS
 from core.knowledge.knowledge import ExpectedShift, ModeKnowledge
 
 COLUMNS: tuple[str, ...] = (

@@ -9,7 +9,8 @@ import rerun.blueprint as rrb
 
 from app.scenes.geometry import Camera
 from app.theme import VERTICAL_SCALE
-from core.channels import CHANNELS, CYLINDERS, Channel, Subsystem, unit_label
+from core.channels import CHANNELS, Channel, Subsystem, unit_label
+from core.cylinders import CYLINDERS
 
 TIMELINE = "t"
 _TAB_ORDER: tuple[Subsystem, ...] = ("engine", "oil", "fuel", "electrical", "flight")

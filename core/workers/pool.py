@@ -40,6 +40,11 @@ _SETTINGS = {
     # Dask keeps its latest messages for those who debug it. Ours carry samples: keep few.
     "distributed.admin.low-level-log-length": 50,
     "distributed.worker.profile.enabled": False,
+    # Dask's own watches, 20 ms to 500 ms apart, are what an idle server burns: seconds do.
+    "distributed.admin.tick.interval": "1s",
+    "distributed.admin.tick.limit": "30s",
+    "distributed.admin.system-monitor.interval": "10s",
+    "distributed.worker.memory.monitor-interval": "1s",
     # Status pages, which tell anyone who asks.
     "distributed.scheduler.http.routes": [],
     "distributed.worker.http.routes": [],

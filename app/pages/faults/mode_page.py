@@ -12,7 +12,8 @@ from app.kit.addresses import fault_path, fly_path
 from app.kit.attributes import attributes
 from app.kit.terms import term
 from app.kit.words import mode_name
-from core.channels import CYLINDERS, channel
+from core.channels import channel
+from core.cylinders import CYLINDERS
 from core.experiments.signs.growth import GROWTH_SEVERITIES
 from core.experiments.stored import Shelved
 from core.fmea.catalogue import Mode, catalogue

@@ -9,7 +9,8 @@ from dash import Dash, Input, Output, dcc, html
 
 from app.kit.attributes import attributes
 from app.kit.wiring import in_browser
-from core.channels import CHANNEL_INDEX, CYLINDERS, cht_name, egt_name
+from core.channels import CHANNEL_INDEX, cht_name, egt_name
+from core.cylinders import CYLINDERS
 
 WALL_CHANNELS: tuple[str, ...] = (
     *(egt_name(cylinder) for cylinder in CYLINDERS),

@@ -10,7 +10,8 @@ from dash import html
 from app.kit.attributes import attributes
 from app.kit.terms import term
 from app.pages.fly.live_controls import pace_choice
-from core.channels import CYLINDERS, unit_label
+from core.channels import unit_label
+from core.cylinders import CYLINDERS
 from core.errors import InputError
 from core.fmea.catalogue import catalogue
 from core.fmea.fault import Fault

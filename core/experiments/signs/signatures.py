@@ -11,7 +11,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from core.channels import CHANNEL_INDEX, CYLINDERS
+from core.channels import CHANNEL_INDEX
+from core.cylinders import CYLINDERS
 from core.errors import InputError
 from core.files import read_toml
 from core.fmea.catalogue import class_ids

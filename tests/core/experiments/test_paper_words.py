@@ -6,7 +6,8 @@ Conditions are the paper's: lab, here with the throttle left alone, severity 0.8
 import numpy as np
 import pytest
 
-from core.channels import CHANNEL_INDEX, CHANNEL_NAMES, CYLINDERS, channel, cht_name, egt_name
+from core.channels import CHANNEL_INDEX, CHANNEL_NAMES, channel, cht_name, egt_name
+from core.cylinders import CYLINDERS
 from core.experiments.drawing import means
 from core.experiments.paper.fig6 import departure
 from core.experiments.paper.representative import (

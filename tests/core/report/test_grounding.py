@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from report_samples import any_evidence, evidence, ideal_evidence
 
-from core.channels import CYLINDERS
+from core.cylinders import CYLINDERS
 from core.diagnosis.diagnosis import Evidence
 from core.fmea.catalogue import class_ids
 from core.knowledge.knowledge import ExpectedShift, knowledge

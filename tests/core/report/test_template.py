@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from report_samples import any_diagnosis, diagnosis, evidence, ideal_evidence, section_texts
 
-from core.channels import CYLINDERS
 from core.clock import clock
+from core.cylinders import CYLINDERS
 from core.diagnosis.diagnosis import Diagnosis
 from core.errors import InputError
 from core.fmea.catalogue import class_ids

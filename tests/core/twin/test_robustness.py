@@ -8,7 +8,8 @@ import pytest
 from hypothesis import HealthCheck, assume, event, given, settings
 from hypothesis import strategies as st
 
-from core.channels import CHANNELS, CYLINDERS
+from core.channels import CHANNELS
+from core.cylinders import CYLINDERS
 from core.errors import FlightError
 from core.fmea.catalogue import class_ids
 from core.fmea.fault import Fault
