@@ -21,7 +21,7 @@ GRAPH_CONFIG: Any = {"displayModeBar": False, "doubleClick": "reset+autosize"}
 
 HOUR_S = 3600.0
 _MIDNIGHT = np.datetime64("1970-01-01", "ms")
-"""Start of the flight on a date axis, as in `assets/cursor.js`: zero in Plotly's milliseconds."""
+"""Start of the flight on a date axis, as in `fly/cursor.js`: zero in Plotly's milliseconds."""
 
 _DOWNSAMPLER = MinMaxDownsampler()  # type: ignore[no-untyped-call]  # library
 
@@ -129,7 +129,7 @@ def kept_rows(time_s: Array, values: Array, n_out: int) -> NDArray[np.intp]:
 def bare_layout(**extra: Any) -> dict[str, Any]:
     """A layout without colours of its own.
 
-    Text and grid colours come from ``assets/style.css``, so that the theme toggle needs no server.
+    Text and grid colours come from ``style.css``, so that the theme toggle needs no server.
     """
     return {
         "paper_bgcolor": "rgba(0,0,0,0)",

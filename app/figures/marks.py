@@ -1,4 +1,4 @@
-"""The marked moments of a flight, which ``assets/cursor.js`` draws and lists.
+"""The marked moments of a flight, which ``fly/cursor.js`` draws and lists.
 
 The onset is not among them: the page knows it with the first sample.
 """
@@ -83,7 +83,7 @@ def limit_marks(events: Sequence[FlightEvent]) -> list[Mark]:
 def track(
     run_id: str, names: dict[str, str], time_s: Array, probabilities: Array, colours: dict[str, str]
 ) -> dict[str, Any]:
-    """The answers of all windows, for the ranking at the time cursor (``assets/ranking.js``).
+    """The answers of all windows, for the ranking at the time cursor (``fly/ranking.js``).
 
     ``time_s`` (k,), ``probabilities`` (k, n_classes) by the classes in ``names``; ``colours`` are
     those of the lines in the chart. Of each window only the leaders are sent: place of the class

@@ -17,7 +17,7 @@ DIRECTION_WORDS = {"+": "rises", "-": "falls"}
 def mystery_flight(
     readings: Trajectory, mirror: Trajectory | None, onset_s: float | None
 ) -> dict[str, Any]:
-    """The charts of `assets/teach.js`; ``mirror`` and ``onset_s`` are None while they are hidden.
+    """The charts of `teach/teach.js`; ``mirror`` and ``onset_s`` are None while they are hidden.
 
     The samples are chosen by the lines that are shown: one kept because of the mirror would reveal
     it.

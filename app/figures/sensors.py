@@ -1,4 +1,4 @@
-"""The channels of both flights and their residuals, as ``assets/tiles.js`` draws them.
+"""The channels of both flights and their residuals, as ``fly/tiles.js`` draws them.
 
 The tiles are uPlot canvases, not Plotly figures: one update of all costs Plotly 0.4 s of CPU,
 which would hold up a flight that itself takes a second.

@@ -65,7 +65,7 @@ class Streamed:
         return self._channels[1, : self._n]
 
     def since(self, start: int) -> dict[str, Any]:
-        """The samples after the first ``start`` that a page holds, for ``assets/flight.js``."""
+        """The samples after the first ``start`` that a page holds, for ``fly/flight.js``."""
         shown = slice(start * self.stride, self._n, self.stride)
         # What was sent along with the last of them covers every second that had ended by then.
         covered_s = ((start - 1) * self.stride + 1) // STREAM_HZ if start else 0

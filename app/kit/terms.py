@@ -1,4 +1,4 @@
-"""Glossary terms with their meaning as a tooltip (``assets/terms.js``)."""
+"""Glossary terms with their meaning as a tooltip (``shell/terms.js``)."""
 
 from dash import html
 

@@ -1,4 +1,4 @@
-"""The tour: an invitation on the first visit, and the stops that ``assets/tour.js`` shows."""
+"""The tour: an invitation on the first visit, and the stops that ``shell/tour.js`` shows."""
 
 import json
 from dataclasses import asdict

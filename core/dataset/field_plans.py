@@ -1,4 +1,4 @@
-"""Field flights like those of the real logs, drawn by seed from ``assets/realism.toml``."""
+"""Field flights like those of the real logs, drawn by seed from ``assets/data/realism.toml``."""
 
 from collections.abc import Mapping
 from pathlib import Path

@@ -206,7 +206,7 @@ def _in_space(runs: Sequence[Flown], rise: float) -> html.Figure:
     """The paths in 3D, described in words below them."""
     figure = paths_figure(runs, rise)
     words = described(runs)
-    # The wheel scrolls the page: `assets/paths3d.js` zooms by keys.
+    # The wheel scrolls the page: `compare/paths3d.js` zooms by keys.
     graph = _graph("compare-space", figure, {**GRAPH_CONFIG, "scrollZoom": False})
     heights = "to scale" if rise == 1.0 else f"heights drawn ×{rise:g}"
     return html.Figure(

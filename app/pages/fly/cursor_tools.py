@@ -1,6 +1,6 @@
 """The tools under the playback bar: marked moments, cursors A and B, zoom, and units.
 
-``assets/cursor.js`` works all of them but the units, which are in ``assets/flight.js``.
+``fly/cursor.js`` works all of them but the units, which are in ``fly/flight.js``.
 """
 
 import dash_mantine_components as dmc

@@ -44,7 +44,7 @@ def ranking_hint() -> list[Node]:
 
 
 def tile_id(index: int) -> str:
-    """Element id of the charts of a channel, which ``assets/tiles.js`` draws."""
+    """Element id of the charts of a channel, which ``fly/tiles.js`` draws."""
     return f"tile-{index}"
 
 

@@ -1,6 +1,6 @@
 """The time cursor and its playback: one moment of the flight for every chart and 3D view.
 
-``assets/cursor.js`` does all of it in the browser but for the aircraft of the live view.
+``fly/cursor.js`` does all of it in the browser but for the aircraft of the live view.
 """
 
 import asyncio

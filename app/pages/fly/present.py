@@ -1,7 +1,7 @@
 """The presenter view: Fly dark and large for a projector, with only what a room can read.
 
 It is Fly itself, at an address of its own: a run continues, and the one time cursor moves
-everything. ``assets/present.js`` and ``assets/present.css`` do the rest.
+everything. ``fly/present.js`` and ``assets/web/present.css`` do the rest.
 """
 
 import dash_mantine_components as dmc

@@ -1,6 +1,6 @@
 """The page *Runs*: every stored run, to find, label, compare, export and delete.
 
-Tags and notes go into cells as text: the grid's renderers in ``assets/runs.js`` turn them into
+Tags and notes go into cells as text: the grid's renderers in ``runs/runs.js`` turn them into
 elements and never into markup.
 """
 

@@ -61,7 +61,7 @@ def attempt_layout(
 
 
 def stores(attempt: Attempt, flight: dict[str, Any]) -> list[dcc.Store]:
-    """The stores that `assets/teach.js` draws."""
+    """The stores that `teach/teach.js` draws."""
     return [
         dcc.Store(id=FLIGHT_ID, data=flight),
         dcc.Store(id=MARKS_ID, data=shown_marks(attempt.marks)),

@@ -32,7 +32,7 @@ AFTER_S = 300.0
 """Every flight goes on for five minutes after its onset."""
 
 TURBULENCE = {0.0: 0.1, 1.0: 0.65, 2.0: 0.25}
-"""Level: share of the flights, as in ``assets/realism.toml``."""
+"""Level: share of the flights, as in ``assets/data/realism.toml``."""
 
 NEAR_S = 30.0
 

@@ -1,4 +1,4 @@
-"""The paper's own numbers, read from ``assets/paper/tables.toml``."""
+"""The paper's own numbers, read from ``assets/data/paper/tables.toml``."""
 
 from collections.abc import Iterable, Mapping
 from functools import cache
