@@ -1,6 +1,6 @@
 """The Cessna 172: a mesh of our own, built from the dimensions of its three-view drawing.
 
-``python -m app.scenes.mesh`` writes ``assets/data/aircraft/c172.glb``; the app only reads that file.
+``python -m app.scenes.mesh`` writes ``assets/data/aircraft/c172.glb``, which the app reads.
 Axes are the body's: x forward, y left, z up, metres, origin at the quarter chord of the wing.
 Dimensions: Cessna 172P information manual, section 1 (span 36 ft 1 in, length 27 ft 2 in,
 height 8 ft 9.5 in, propeller 75 in).

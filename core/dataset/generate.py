@@ -42,7 +42,7 @@ SOON_S = 15.0
 
 @dataclass(frozen=True, slots=True)
 class DatasetSpec:
-    """What is flown: see ``assets/data/dataset.toml``. Raises `InputError` for values out of range."""
+    """What is flown (``assets/data/dataset.toml``); raises `InputError` for values out of range."""
 
     runs_per_class: int = 80
     first_seed: int = 1_000_000_000

@@ -1,8 +1,8 @@
 """The FMEA knowledge base: mechanism, causal chain, look-alikes and actions of every mode.
 
 Paper section 5.2 asks for exactly this structure behind the report. The text is data, in
-``assets/data/fmea/knowledge.toml``; ids, names and ratings come from the catalogue, which alone holds
-them. Everything is checked on load, so that a `ModeKnowledge` can be relied on.
+``assets/data/fmea/knowledge.toml``; ids, names and ratings come from the catalogue, which alone
+holds them. Everything is checked on load, so that a `ModeKnowledge` can be relied on.
 
 A channel of the knowledge base is either logged (``"E1 OilT"``) or a group of probes as
 seen from the affected cylinder (``"CHT target"``, ``"EGT others"``); `resolve` turns either into
