@@ -9,6 +9,7 @@ import { flight, flownUntil } from "./flight.js";
 
 const ANNOUNCE_MS = 100;
 const REST_MS = 250;
+const LATE_MS = 5000; // so late may the slider report a value that we have set
 
 /** @typedef {ReturnType<typeof setTimeout>} Timer */
 
@@ -26,6 +27,8 @@ let announced = null;
 /** @type {Timer | undefined} */
 let resting;
 let slid = 0; // the value of the slider in Dash
+/** @type {{ value: number, until_ms: number }[]} */
+let ours = []; // values that we have set, and that the slider has not reported yet
 
 /** The moment that readings are of: at the cursor, or the latest. */
 export const here = () => cursor_s ?? flownUntil();
@@ -60,6 +63,10 @@ function show() {
   cursorMoved.send(cursor_s);
   showSlider();
   if (announced === null) announced = setTimeout(announce, ANNOUNCE_MS);
+  restSoon();
+}
+
+function restSoon() {
   clearTimeout(resting);
   resting = setTimeout(rest, REST_MS);
 }
@@ -82,6 +89,7 @@ function showSlider() {
 function rest() {
   if (here() === slid) return;
   slid = here();
+  ours.push({ value: slid, until_ms: performance.now() + LATE_MS });
   setProps("scrub", { value: slid });
 }
 
@@ -97,11 +105,20 @@ function announce() {
 }
 
 /**
- * The slider also reports the values that we set: only a hand on it moves the cursor. Nor is it set to
- * where the hand has put it: that could come after the hand's next move, and undo it.
+ * The slider also reports the values that we set, perhaps after the hand's next move: only a hand on it
+ * moves the cursor.
  * @param {number} value
  */
 export function scrub(value) {
+  const now_ms = performance.now();
+  ours = ours.filter((each) => each.until_ms > now_ms);
+  const place = ours.findIndex((each) => each.value === value);
+  if (place >= 0) {
+    ours.splice(0, place + 1);
+    slid = value;
+    restSoon(); // the cursor may be elsewhere by now
+    return;
+  }
   if (value === slid) return;
   slid = value;
   const root = byId("scrub");
@@ -156,6 +173,8 @@ export function setSpeed(value) {
 export function start() {
   flightReplaced.listen(() => move(null));
   flightChanged.listen(() => {
-    if (cursor_s === null) showSlider();
+    if (cursor_s !== null) return;
+    showSlider();
+    restSoon();
   });
 }
