@@ -34,8 +34,8 @@ def _lateness(item: pytest.Item) -> int:
     return late[0] + 2 * late[1]
 
 
-@pytest.hookimpl(tryfirst=True)  # pytest-xdist reads the groups in the same hook
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+@pytest.hookimpl(wrapper=True, tryfirst=True)  # around pytest-xdist, which reads the groups in it
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> Iterator[None]:
     """Say what may run beside what, and what comes last.
 
     Files run side by side (``pytest -n 2 --dist loadgroup``); of those marked ``alone``, which kill
@@ -43,7 +43,6 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     Playwright's event loop owns the thread. Nothing relies on having the machine for itself: tests
     wait for states.
     """
-    items.sort(key=_lateness)
     files = sorted({str(item.path) for item in items if item.get_closest_marker("browser")})
     for item in items:
         match _lateness(item):
@@ -54,6 +53,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             case _:
                 group = f"browser {files.index(str(item.path)) % BROWSERS}"
         item.add_marker(pytest.mark.xdist_group(group))
+    yield
+    items.sort(key=_lateness)  # last: pytest moves tests that share a parametrised fixture together
 
 
 def _free_port() -> int:
