@@ -15,7 +15,7 @@ _PROBE_SETS = {
 }
 """All probes of a kind, by the words that name them together."""
 
-_MARKDOWN_SPECIALS = re.compile(r"([\\`*_{}\[\]#|~]|<(?=[A-Za-z/!?])|>(?! \d)|^>)")
+_MARKDOWN_SPECIALS = re.compile(r"([\\`*_{}\[\]#|~]|<(?! \d)|>(?! \d)|^>)")
 """What Markdown could act on; a comparison such as ``< 0.1 %`` is left as it is."""
 
 

@@ -7,6 +7,7 @@ from core.channels import CHANNEL_NAMES, channel
 from core.clock import clock
 from core.knowledge.knowledge import ExpectedShift
 from core.report.case.wording import (
+    escaped,
     expectation,
     labels,
     moves,
@@ -99,3 +100,11 @@ def test_every_unit_is_printed_as_people_write_it() -> None:
     printed = {shift(evidence(name, 1000.0)).split()[1] for name in CHANNEL_NAMES}
     assert not printed & {"degF", "degC"}
     assert len(printed) == len({channel(name).unit for name in CHANNEL_NAMES})
+
+
+@pytest.mark.parametrize(
+    ("text", "written"),
+    [("<", r"\<"), ("<, lab", r"\<, lab"), ("a<b>", r"a\<b\>"), ("< 0.1 %", "< 0.1 %")],
+)
+def test_only_a_comparison_keeps_its_sign_bare(text: str, written: str) -> None:
+    assert escaped(text) == written
