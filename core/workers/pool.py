@@ -69,7 +69,9 @@ class LocalPool(LocalCluster):
         self._failures = 0
         self._pause_until_s = 0.0
         scratch = _scratch_folder()
-        with dask.config.set({**_SETTINGS, "temporary-directory": scratch}):
+        # For as long as this process lives: nannies read them too, and start whenever one is lost.
+        dask.config.set(_SETTINGS)
+        with dask.config.set({"temporary-directory": scratch}):
             super().__init__(
                 n_workers=0,
                 threads_per_worker=1,
@@ -81,7 +83,7 @@ class LocalPool(LocalCluster):
                 scheduler_kwargs={"dashboard": False, "allowed_failures": allowed_failures},
                 local_directory=scratch,
                 plugins=[_NoStatusPage(), *plugins],
-                config=_SETTINGS,  # of the workers, which start when these are set no more
+                config=_SETTINGS,  # of the workers, which are processes of their own
                 silence_logs=logging.CRITICAL,  # what matters to a run, the engine says
             )
         self._scheduler.loop.add_callback(self._keep_full)
