@@ -13,6 +13,7 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
+from core.checkpoint import read_checkpoint, write_checkpoint
 from core.dataset.archive import Manifest
 from core.diagnosis.calibration import Logits
 from core.diagnosis.corpus import Corpus
@@ -21,7 +22,6 @@ from core.diagnosis.networks import NETWORKS
 from core.diagnosis.scores import macro_f1
 from core.diagnosis.settings import Epoch, TrainingSettings
 from core.diagnosis.statistical import STATISTICAL, STATISTICS, logits, statistics
-from core.files import whole_file
 
 
 class Fit(Protocol):
@@ -220,10 +220,8 @@ class NetworkFit:
     def resume(self, checkpoint: Path, identity: str) -> None:
         """Keep checkpoints at that path, and go on from the one there if it is of this training."""
         self._checkpoint, self._identity = checkpoint, identity
-        if not checkpoint.exists():
-            return
-        state = torch.load(checkpoint, weights_only=True, map_location=self._device)
-        if state["identity"] != identity:
+        state = read_checkpoint(checkpoint, identity, self._device)
+        if state is None:
             return
         self.network.load_state_dict(state["network"])
         self._optimiser.load_state_dict(state["optimiser"])
@@ -235,20 +233,15 @@ class NetworkFit:
     def _save(self) -> None:
         if self._checkpoint is None:
             return
-        self._checkpoint.parent.mkdir(parents=True, exist_ok=True)
-        with whole_file(self._checkpoint) as temporary:
-            torch.save(
-                {
-                    "identity": self._identity,
-                    "network": self.network.state_dict(),
-                    "optimiser": self._optimiser.state_dict(),
-                    "scheduler": self._scheduler.state_dict(),
-                    "best_weights": self._best,
-                    "history": self._history,
-                    "rng": torch.get_rng_state(),
-                },
-                temporary,
-            )
+        state = {
+            "network": self.network.state_dict(),
+            "optimiser": self._optimiser.state_dict(),
+            "scheduler": self._scheduler.state_dict(),
+            "best_weights": self._best,
+            "history": self._history,
+            "rng": torch.get_rng_state(),
+        }
+        write_checkpoint(self._checkpoint, self._identity, state)
 
 
 class StatisticalFit:

@@ -12,10 +12,10 @@ from torch import Tensor
 
 from core.arrays import Array32
 from core.channels import CHANNEL_NAMES, N_CHANNELS
+from core.checkpoint import read_checkpoint, write_checkpoint
 from core.checks import checked_number
 from core.clock import LONGEST_S
 from core.errors import InputError
-from core.files import whole_file
 from core.model_card import Card, save_model
 from core.paths import MODELS
 from core.provenance import provenance, twin_fingerprint
@@ -276,10 +276,8 @@ class SurrogateTrainer:
     def resume(self, checkpoint: Path) -> None:
         """Keep checkpoints at that path, and go on from the one there if it is of this training."""
         self._checkpoint = checkpoint
-        if not checkpoint.exists():
-            return
-        state = torch.load(checkpoint, weights_only=True)
-        if state["identity"] != self._identity:
+        state = read_checkpoint(checkpoint, self._identity)
+        if state is None:
             return
         self._surrogate.network.load_state_dict(state["network"])
         self._optimiser.load_state_dict(state["optimiser"])
@@ -289,16 +287,11 @@ class SurrogateTrainer:
     def _save(self) -> None:
         if self._checkpoint is None:
             return
-        self._checkpoint.parent.mkdir(parents=True, exist_ok=True)
-        with whole_file(self._checkpoint) as temporary:
-            torch.save(
-                {
-                    "identity": self._identity,
-                    "network": self._surrogate.network.state_dict(),
-                    "optimiser": self._optimiser.state_dict(),
-                    "scheduler": self._scheduler.state_dict(),
-                    "losses": self._losses,
-                    "seconds": self._seconds,
-                },
-                temporary,
-            )
+        state = {
+            "network": self._surrogate.network.state_dict(),
+            "optimiser": self._optimiser.state_dict(),
+            "scheduler": self._scheduler.state_dict(),
+            "losses": self._losses,
+            "seconds": self._seconds,
+        }
+        write_checkpoint(self._checkpoint, self._identity, state)
