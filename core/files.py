@@ -85,8 +85,8 @@ def _readable(value: Any, indent: str) -> str:
         return _one_line(value)
     items = list(value.values()) if isinstance(value, dict) else value
     is_flat = not any(isinstance(item, dict | list | tuple) and item for item in items)
-    if is_flat and (line := _one_line(value)) and (indent or len(line) <= _SHORT_LINE):
-        return line
+    if is_flat and (indent or len(_one_line(value)) <= _SHORT_LINE):
+        return _one_line(value)
     inner = indent + " "
     if isinstance(value, dict):
         parts = [

@@ -10,3 +10,4 @@ WEB = ROOT / "assets" / "web"
 """What browsers are served, as ``/assets/``."""
 
 MODELS = ROOT / "models"
+RESULTS = MODELS / "results"

@@ -65,7 +65,8 @@ def run(args: argparse.Namespace) -> None:
     Raises `InputError`, `FlightError`, `StoreError`, or `MirrorTwinError` where no browser can
     print the picture.
     """
-    from core.experiments.results import RESULTS, write_result
+    from core.experiments.results import write_result
+    from core.paths import RESULTS
 
     given = _given(args)
     out = writable_folder(args.out or (QUICK_FOLDER if args.quick else RESULTS))

@@ -21,8 +21,7 @@ class Page(Protocol):
 
     ``kind`` is its id, ``name`` its title, ``nav_path`` where the navigation leads, None
     for a page that is not in it. ``keeps_layout``: whether the page stays as it is when the address
-    changes within it. ``uploads``: addresses whose request
-    bodies the page limits itself.
+    changes within it. ``uploads``: addresses whose request bodies the page limits itself.
     """
 
     kind: str

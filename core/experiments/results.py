@@ -17,10 +17,7 @@ from PIL import Image
 
 from core.errors import MirrorTwinError
 from core.files import whole_file, write_error, write_json
-from core.paths import MODELS
 from core.provenance import provenance
-
-RESULTS = MODELS / "results"
 
 PIXELS_PER_POINT = 2.0
 """Pictures have twice the pixels of the page, so that they print sharply."""

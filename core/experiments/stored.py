@@ -10,9 +10,7 @@ from typing import Any
 
 from core.errors import StoreError
 from core.files import read_json
-from core.paths import MODELS
-
-SHELF = MODELS / "results"
+from core.paths import MODELS, RESULTS
 
 ONSET_KNOWN = "with the onset known"
 """What a score in field means whose windows were placed by the truth, which no flight tells."""
@@ -22,7 +20,7 @@ _BY_TRUTH = "first shows"
 
 
 @dataclass(frozen=True, slots=True)
-class Shelved:
+class StoredResult:
     """A result by name: its ``content``, or None and the ``problem`` with it.
 
     ``problem`` is empty where the file simply does not exist yet. ``picture`` and ``page`` say
@@ -36,18 +34,18 @@ class Shelved:
     page: bool = False
 
 
-def take(name: str, folder: Path = SHELF) -> Shelved:
+def load_result(name: str, folder: Path = RESULTS) -> StoredResult:
     """The result of that name."""
     path = folder / f"{name}.json"
     if not path.is_file():
-        return Shelved(name, None)
+        return StoredResult(name, None)
     try:
         content = read_json(path)
     except StoreError as error:
-        return Shelved(name, None, str(error))
+        return StoredResult(name, None, str(error))
     if not isinstance(content, dict):
-        return Shelved(name, None, f"{path} is not a result")
-    return Shelved(
+        return StoredResult(name, None, f"{path} is not a result")
+    return StoredResult(
         name,
         content,
         picture=(folder / f"{name}.png").is_file(),

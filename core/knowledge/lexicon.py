@@ -6,7 +6,6 @@ evidence or the knowledge base, so that an invented part is an unknown word.
 """
 
 import re
-import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -17,6 +16,7 @@ from typing import Any
 import snowballstemmer
 
 from core.errors import InputError
+from core.files import read_toml
 from core.fmea.catalogue import catalogue
 from core.paths import DATA
 
@@ -79,7 +79,7 @@ def lexicon() -> Lexicon:
 
 def read_lexicon(folder: Path) -> Lexicon:
     """Read and check ``words.toml`` and ``plain_words.txt``; raises `InputError` by file."""
-    tables = _tables(folder / "words.toml")
+    tables = read_toml(folder / "words.toml", "words.toml")
     words = {
         f"{table}.{name}": _whole_word(f"{table}.{name}", tables.get(table, {}).get(name))
         for table, names in _TABLES.items()
@@ -137,13 +137,6 @@ def _stem(word: str) -> str:
 @cache
 def _stemmer() -> Any:
     return snowballstemmer.stemmer("english")
-
-
-def _tables(path: Path) -> dict[str, Any]:
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise InputError(path.name, f"cannot be read: {error}") from None
 
 
 def _plain_words(path: Path) -> str:

@@ -15,7 +15,7 @@ from app.pages.faults import page as faults
 from app.pages.registry import read_address
 from core.channels import CHANNEL_INDEX
 from core.experiments.signs.growth import GROWTH_SEVERITIES, Growth, fly_growth
-from core.experiments.stored import Shelved, take
+from core.experiments.stored import StoredResult, load_result
 from core.fmea.catalogue import catalogue
 from core.knowledge.knowledge import knowledge
 from core.knowledge.search import search
@@ -34,7 +34,7 @@ def crack() -> Growth:
 
 @pytest.mark.parametrize("mode", catalogue())
 def test_every_mode_has_a_page_that_says_all_that_is_written(mode: str) -> None:
-    page = sent(fault_page.mode_layout(mode, take("signs")))
+    page = sent(fault_page.mode_layout(mode, load_result("signs")))
     written = knowledge()[mode]
     steps = [step.text for step in written.chain]
     tells = [item.tell for item in written.look_alikes]
@@ -45,7 +45,7 @@ def test_every_mode_has_a_page_that_says_all_that_is_written(mode: str) -> None:
 
 
 def test_without_the_sign_matrix_a_page_says_which_command_makes_it() -> None:
-    page = sent(fault_page.mode_layout("baffle_seal", Shelved("signs", None)))
+    page = sent(fault_page.mode_layout("baffle_seal", StoredResult("signs", None)))
     assert fault_page.SIGNS_COMMAND in page
     assert "Twin 0.3" not in page
 
@@ -117,5 +117,5 @@ def test_addresses_of_modes(
 
 def test_a_damaged_result_is_told_and_a_missing_one_is_not_an_error(tmp_path) -> None:
     (tmp_path / "signs.json").write_text("{")
-    assert "damaged" in take("signs", tmp_path).problem
-    assert take("fig6", tmp_path) == Shelved("fig6", None)
+    assert "damaged" in load_result("signs", tmp_path).problem
+    assert load_result("fig6", tmp_path) == StoredResult("fig6", None)

@@ -15,7 +15,7 @@ from app.pages.results.measures import MEASURES
 from app.pages.results.model_card import card_line, model_parts
 from core.experiments.paper.published import paper_tables
 from core.experiments.registry import EXPERIMENTS, RUNNABLE, Experiment
-from core.experiments.stored import ONSET_KNOWN, model_cards, take
+from core.experiments.stored import ONSET_KNOWN, load_result, model_cards
 from core.knowledge.knowledge import tell_apart
 
 
@@ -27,7 +27,7 @@ def sent(component: object) -> str:
 @pytest.fixture
 def shelf(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder of results of the test's own."""
-    monkeypatch.setattr(results, "take", lambda name: take(name, tmp_path))
+    monkeypatch.setattr(results, "load_result", lambda name: load_result(name, tmp_path))
     return tmp_path
 
 

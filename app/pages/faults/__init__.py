@@ -8,7 +8,7 @@ from app.pages.faults import callbacks
 from app.pages.faults.mode_page import mode_layout
 from app.pages.faults.page import catalogue_layout
 from app.services import Services
-from core.experiments.stored import take
+from core.experiments.stored import load_result
 from core.store.store import RunStore
 
 
@@ -30,7 +30,7 @@ class FaultsPage(Page):
         """The catalogue, or the mode beside what the sign matrix found for it."""
         if address.item is None:
             return catalogue_layout()
-        return mode_layout(address.item, take("signs"))
+        return mode_layout(address.item, load_result("signs"))
 
     def register(self, app: Dash, services: Services) -> None:
         """Attach the search and the flown signatures."""

@@ -15,7 +15,7 @@ from app.kit.words import mode_name
 from core.channels import channel
 from core.cylinders import CYLINDERS
 from core.experiments.signs.growth import GROWTH_SEVERITIES
-from core.experiments.stored import Shelved
+from core.experiments.stored import StoredResult
 from core.fmea.catalogue import Mode, catalogue
 from core.knowledge.knowledge import SIGNS, ExpectedShift, ModeKnowledge, knowledge
 from core.units import percent
@@ -24,7 +24,7 @@ SIGNATURE_ID = "signature"
 SIGNS_COMMAND = "mirrortwin experiment signs"
 
 
-def mode_layout(mode_id: str, signs: Shelved) -> html.Div:
+def mode_layout(mode_id: str, signs: StoredResult) -> html.Div:
     """The page of one mode; ``signs`` is the sign matrix's result, if there is one."""
     mode, written = catalogue()[mode_id], knowledge()[mode_id]
     return html.Div(
@@ -139,7 +139,7 @@ def _section(title: str, *content: Any) -> html.Section:
     )
 
 
-def _gauges(mode: Mode, written: ModeKnowledge, signs: Shelved) -> list[Any]:
+def _gauges(mode: Mode, written: ModeKnowledge, signs: StoredResult) -> list[Any]:
     """Expected shift of each gauge beside the shift in the twin; moving gauges first."""
     signature = written.signature(mode.cylinder)
     found = _found(mode.id, signs)
@@ -202,13 +202,13 @@ def _delta(value: float | None, name: str) -> str:
     return signed(round(value, max(1, channel(name).decimals)))
 
 
-def _found(mode: str, signs: Shelved) -> dict[str, Mapping[str, Any]]:
+def _found(mode: str, signs: StoredResult) -> dict[str, Mapping[str, Any]]:
     """The rows of the sign matrix for a mode, by channel."""
     rows = signs.content.get("rows", []) if signs.content else []
     return {row["channel"]: row for row in rows if row["fault"] == mode}
 
 
-def _how_found(mode: Mode, signs: Shelved) -> str:
+def _how_found(mode: Mode, signs: StoredResult) -> str:
     flights = len((signs.content or {})["settings"]["plans"])
     where = "" if mode.whole_engine else f" on cylinder {mode.cylinder}"
     return f"Twin: mean shift of {flights} flights by severity, lab conditions{where}."

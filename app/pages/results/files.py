@@ -7,12 +7,14 @@ from fastapi import FastAPI, HTTPException, Request
 from fastapi.responses import FileResponse
 
 from core.experiments.registry import EXPERIMENTS
-from core.experiments.stored import SHELF
+from core.paths import RESULTS
 
 PREFIX = "/results/files/"
 
 _NAMES = {name for item in EXPERIMENTS.values() for name in item.files}
-_FILES = {f"{name}.{kind}": SHELF / f"{name}.{kind}" for name in _NAMES for kind in ("png", "html")}
+_FILES = {
+    f"{name}.{kind}": RESULTS / f"{name}.{kind}" for name in _NAMES for kind in ("png", "html")
+}
 # The script that the interactive pages look for beside them comes with Plotly itself.
 _FILES["plotly.min.js"] = Path(str(files("plotly") / "package_data" / "plotly.min.js"))
 

@@ -18,7 +18,7 @@ from core.channels import unit_label
 from core.experiments.headlines import WRITERS
 from core.experiments.paper.published import paper_tables
 from core.experiments.registry import EXPERIMENTS, Experiment
-from core.experiments.stored import Shelved, model_cards, take
+from core.experiments.stored import StoredResult, load_result, model_cards
 
 Row = Mapping[str, Any]
 
@@ -93,7 +93,9 @@ def _overview_row(experiment: Experiment) -> html.Tr:
         conditions = ", ".join(dict.fromkeys(card["conditions"] for card in cards)) or "–"
         made = "–"
     else:
-        stored = [item for item in map(take, experiment.files) if item.content or item.problem]
+        stored = [
+            item for item in map(load_result, experiment.files) if item.content or item.problem
+        ]
         lines = [_lined(experiment, item) for item in stored] or [_not_made(experiment)]
         conditions = ", ".join(dict.fromkeys(_conditions(item) for item in stored)) or "–"
         made = max((_made(item) for item in stored), default="–")
@@ -111,7 +113,7 @@ def _not_made(experiment: Experiment) -> html.Span:
     return html.Span(["not run yet: ", html.Code(experiment.command)], className="note")
 
 
-def _lined(experiment: Experiment, stored: Shelved) -> Any:
+def _lined(experiment: Experiment, stored: StoredResult) -> Any:
     """The headline of a result, after its conditions where there is one for each."""
     headline = _headline(experiment, stored)
     if len(experiment.files) < 2 or not isinstance(headline, str):
@@ -119,7 +121,7 @@ def _lined(experiment: Experiment, stored: Shelved) -> Any:
     return f"{_conditions(stored)}: {headline}"
 
 
-def _headline(experiment: Experiment, stored: Shelved) -> Any:
+def _headline(experiment: Experiment, stored: StoredResult) -> Any:
     if stored.content is None:
         return html.Span(stored.problem, className="note")
     try:
@@ -128,11 +130,11 @@ def _headline(experiment: Experiment, stored: Shelved) -> Any:
         return html.Span("written by another version of this program", className="note")
 
 
-def _conditions(stored: Shelved) -> str:
+def _conditions(stored: StoredResult) -> str:
     return str((stored.content or {}).get("settings", {}).get("conditions", "–"))
 
 
-def _made(stored: Shelved) -> str:
+def _made(stored: StoredResult) -> str:
     stamp = (stored.content or {}).get("made_at")
     return f"{datetime.fromisoformat(stamp):%Y-%m-%d %H:%M}" if stamp else "–"
 
@@ -144,7 +146,7 @@ def _shown(experiment: Experiment, prefix: str) -> list[Any]:
     else:
         parts = [
             part
-            for stored in map(take, experiment.files)
+            for stored in map(load_result, experiment.files)
             if stored.content or stored.problem
             for part in _result(experiment, stored, prefix)
         ]
@@ -174,7 +176,7 @@ def _empty(experiment: Experiment) -> list[Any]:
     return content
 
 
-def _result(experiment: Experiment, stored: Shelved, prefix: str) -> list[Any]:
+def _result(experiment: Experiment, stored: StoredResult, prefix: str) -> list[Any]:
     if stored.content is None:
         return [html.P(stored.problem, className="empty")]
     try:
@@ -288,7 +290,7 @@ def _number(value: float | None, form: str) -> str:
     return "–" if value is None else f"{value:{form}}"
 
 
-def _picture(experiment: Experiment, stored: Shelved, prefix: str) -> list[Any]:
+def _picture(experiment: Experiment, stored: StoredResult, prefix: str) -> list[Any]:
     name = stored.name
     headline = experiment.headline(stored.content or {})
     parts: list[Any] = [_said(headline)] if headline else []
@@ -355,7 +357,7 @@ def _dispute(row: Row) -> html.Tr:
     )
 
 
-def _origin(stored: Shelved) -> html.P:
+def _origin(stored: StoredResult) -> html.P:
     """Where the numbers come from."""
     content = stored.content or {}
     made = content.get("provenance", {})

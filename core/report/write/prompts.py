@@ -4,7 +4,6 @@ Facts are those of the case and the knowledge base alone. Names that users give 
 a prompt, so they cannot carry an injected instruction; a question does, marked as data.
 """
 
-import tomllib
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -14,6 +13,7 @@ from typing import Any
 from core.channels import CHANNEL_NAMES
 from core.clock import clock
 from core.errors import InputError
+from core.files import read_toml
 from core.paths import DATA
 from core.report.case.case import Candidate, Case
 from core.report.case.findings import strongest
@@ -99,10 +99,7 @@ def read_prompts(folder: Path) -> Prompts:
         if not template.is_valid() or set(template.get_identifiers()) != wanted:
             raise InputError(name, f"must use exactly the placeholders {sorted(wanted)}")
         templates[name] = template
-    try:
-        tables = tomllib.loads(_text(folder / "tasks.toml"))
-    except tomllib.TOMLDecodeError as error:
-        raise InputError("tasks.toml", f"is not TOML: {error}") from None
+    tables = read_toml(folder / "tasks.toml", "tasks.toml")
     if unknown := tables.keys() - {section.id for section in SECTIONS}:
         raise InputError("tasks.toml", f"has unknown sections {sorted(unknown)}")
     tasks = {section.id: _task(section.id, tables.get(section.id)) for section in SECTIONS}

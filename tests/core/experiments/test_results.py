@@ -11,9 +11,10 @@ import pytest
 from core.errors import MirrorTwinError, StoreError
 from core.experiments.paper.fig6 import departure
 from core.experiments.paper.representative import fly_modes
-from core.experiments.results import RESULTS, Result, write_result
+from core.experiments.results import Result, write_result
 from core.experiments.signs.signatures import signatures
 from core.experiments.signs.signs import CLEAR, fly_shifts, judge
+from core.paths import RESULTS
 from core.twin.plan import Plan
 
 
